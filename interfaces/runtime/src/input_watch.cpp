@@ -2,8 +2,6 @@
 #include "input_watch.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
@@ -11,6 +9,7 @@
 
 #include "endpoint_name.hpp"
 #include "pipescout/runtime/names.hpp"
+#include "text_for_people.hpp"
 
 namespace pipescout {
 
@@ -29,15 +28,6 @@ double window_of(const InputExpectation& expected) {
   return expected.minimum_rate > 0.0
              ? std::max(kShortestWindow, kMessagesOfWindow / expected.minimum_rate)
              : kShortestWindow;
-}
-
-/// For people: "99.8", "0.0123".
-std::string text(double value) {
-  constexpr int kDigits = 4;
-  std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                 std::chars_format::general, kDigits);
-  return {buffer.data(), end.ptr};
 }
 
 double limit_at(const std::vector<double>& limits, std::size_t index) {
@@ -157,23 +147,23 @@ InputReport InputWatch::judge(const UntypedSubscription& subscription, History& 
   const double age = to_seconds(now - statistics.last_stamp.value_or(history.changed));
   const bool anything = statistics.received > 0;
   if (anything) {
-    report.values["age_s"] = text(age);
+    report.values["age_s"] = text_for_people(age);
   }
   const double span = to_seconds(now - counts.front().time);
   // Not yet a window long: what is missing may still come.
   const bool judged = counts.front().time <= start;
   if (judged) {
     const auto received = static_cast<double>(statistics.received - counts.front().received);
-    report.values["rate_hz"] = text(received / span);
+    report.values["rate_hz"] = text_for_people(received / span);
     if (received == 0.0 && expected.minimum_rate > 0.0) {
-      warn(report, DiagnosticLevel::kError, "nothing came in " + text(span) + " s");
+      warn(report, DiagnosticLevel::kError, "nothing came in " + text_for_people(span) + " s");
       return report;
     }
     // Where the window begins between two messages is chance.
     if ((received + 1.0) / span < expected.minimum_rate) {
       warn(report, DiagnosticLevel::kWarn,
-           "comes at " + text(received / span) + " Hz, expected at least " +
-               text(expected.minimum_rate));
+           "comes at " + text_for_people(received / span) + " Hz, expected at least " +
+               text_for_people(expected.minimum_rate));
     }
   }
   if (expected.maximum_age > 0.0) {
@@ -181,7 +171,8 @@ InputReport InputWatch::judge(const UntypedSubscription& subscription, History& 
       warn(report, DiagnosticLevel::kError, "nothing came yet");
     } else if (anything && age > expected.maximum_age) {
       warn(report, DiagnosticLevel::kWarn,
-           "is " + text(age) + " s old, expected at most " + text(expected.maximum_age));
+           "is " + text_for_people(age) + " s old, expected at most " +
+               text_for_people(expected.maximum_age));
     }
   }
   return report;

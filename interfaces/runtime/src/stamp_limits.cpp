@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/runtime/stamp_limits.hpp"
 
+#include "text_for_people.hpp"
+
 namespace pipescout {
 
 std::optional<StampFault> StampLimits::find_fault(std::string_view input, Time stamp,
@@ -10,13 +12,13 @@ std::optional<StampFault> StampLimits::find_fault(std::string_view input, Time s
   if (maximum_age > 0.0 && age > maximum_age) {
     return StampFault{.in_future = false,
                       .counter = name + ".header.stamp.stale",
-                      .text = name + ": a message is " + std::to_string(age) + " s old"};
+                      .text = name + ": a message is " + text_for_people(age) + " s old"};
   }
   if (-age > maximum_lead) {
-    return StampFault{
-        .in_future = true,
-        .counter = name + ".header.stamp.in_future",
-        .text = name + ": a message has a stamp " + std::to_string(-age) + " s ahead of the clock"};
+    return StampFault{.in_future = true,
+                      .counter = name + ".header.stamp.in_future",
+                      .text = name + ": a message has a stamp " + text_for_people(-age) +
+                              " s ahead of the clock"};
   }
   return std::nullopt;
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "text_for_people.hpp"
+
 namespace pipescout {
 namespace {
 
@@ -23,7 +25,7 @@ void check(const SynchronizerOptions& options, std::size_t streams) {
     refuse("queue_size is 0");
   }
   if (!(options.age_penalty >= 0)) {
-    refuse("age_penalty is " + std::to_string(options.age_penalty) + ", negative or none");
+    refuse("age_penalty is " + text_for_people(options.age_penalty) + ", negative or none");
   }
   if (options.longest_interval < Duration::zero()) {
     refuse("longest_interval is negative");

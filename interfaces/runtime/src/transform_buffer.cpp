@@ -14,6 +14,7 @@
 
 #include "pipescout/runtime/conversions.hpp"
 #include "rigid_transform.hpp"
+#include "text_for_people.hpp"
 #include "transform_history.hpp"
 
 namespace pipescout {
@@ -276,7 +277,7 @@ class TransformBuffer::Impl {
     const double norm = squared_norm(transform.rotation);
     if (std::abs(norm - 1) > kNormTolerance) {
       return refuse(TransformFault::kNotNormalised,
-                    "the quaternion has the norm " + std::to_string(std::sqrt(norm)) + ", not 1");
+                    "the quaternion has the norm " + text_for_people(std::sqrt(norm)) + ", not 1");
     }
     for (double& value : transform.rotation) {
       value /= std::sqrt(norm);
@@ -554,7 +555,7 @@ TransformBuffer::TransformBuffer(const TransformBufferOptions& options) {
     throw std::invalid_argument("transform buffer: " + text);
   };
   if (options.history <= Duration::zero()) {
-    refuse("history is " + std::to_string(to_seconds(options.history)) + " s, not positive");
+    refuse("history is " + text_for_people(to_seconds(options.history)) + " s, not positive");
   }
   if (options.samples_per_frame < 2) {
     refuse("samples_per_frame is " + std::to_string(options.samples_per_frame) + ", below 2");
@@ -563,7 +564,7 @@ TransformBuffer::TransformBuffer(const TransformBufferOptions& options) {
     refuse("frames is " + std::to_string(options.frames) + ", below 2");
   }
   if (options.parent_silence < Duration::zero()) {
-    refuse("parent_silence is " + std::to_string(to_seconds(options.parent_silence)) +
+    refuse("parent_silence is " + text_for_people(to_seconds(options.parent_silence)) +
            " s, negative");
   }
   impl_ = std::make_unique<Impl>(options);

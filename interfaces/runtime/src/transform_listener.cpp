@@ -8,6 +8,7 @@
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/names.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
+#include "text_for_people.hpp"
 
 namespace pipescout {
 namespace {
@@ -97,7 +98,7 @@ void TransformListener::take(const tf2_msgs::msg::TFMessage& message, bool is_st
     if (!is_static && is_running && stamp > now && stamp - now > kLongestLead) {
       refuse({TransformFault::kFromFuture,
               "transform of '" + transform.child_frame_id + "' in '" + transform.header.frame_id +
-                  "': its stamp is " + std::to_string(to_seconds(stamp - now)) +
+                  "': its stamp is " + text_for_people(to_seconds(stamp - now)) +
                   " s ahead of the clock",
               std::nullopt},
              transform.child_frame_id, publisher);

@@ -5,6 +5,7 @@
 
 #include "pipescout/runtime/node.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
+#include "text_for_people.hpp"
 #include "transform_listener.hpp"
 
 namespace pipescout {
@@ -59,7 +60,7 @@ TransformWait Transforms::wait_for(std::string_view target, std::string_view sou
                                    std::shared_ptr<CallbackGroup> group) {
   if (timeout < Duration::zero()) {
     throw std::invalid_argument("the timeout of a wait for a transform is " +
-                                std::to_string(to_seconds(timeout)) + " s, negative");
+                                text_for_people(to_seconds(timeout)) + " s, negative");
   }
   auto state = std::make_shared<TransformWait::State>(
       listener_->shared_from_this(), std::string(target), std::string(source), time,

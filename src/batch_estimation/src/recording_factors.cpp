@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -35,8 +36,9 @@ void require_sound(const Recording& recording) {
   for (std::size_t k = 0; k < recording.times.size(); ++k) {
     if (!std::isfinite(recording.times[k]) ||
         (k > 0 && !(recording.times[k] > recording.times[k - 1] + kSameTime))) {
-      throw std::invalid_argument("recording.times: " + std::to_string(recording.times[k]) +
-                                  " is not finite or not more than 1e-4 s after the last");
+      throw std::invalid_argument(
+          "recording.times: " + validation::number_text(recording.times[k]) +
+          " is not finite or not more than 1e-4 s after the last");
     }
   }
   require_guesses("recording.guesses", recording.guesses, recording.times.size());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "smoother_implementation.hpp"
 
 namespace pipescout::estimation {
@@ -137,7 +138,7 @@ void FixedLagSmootherParameters::validate() const {
   within("relinearisation.imu_scale", relinearisation.imu_scale, 1e-9, 1, "[1e-9, 1]");
   for (const double most : relinearisation.own) {
     if (!(most >= 1e-9)) {  // `require` allows no infinity
-      throw std::invalid_argument("relinearisation.own: " + std::to_string(most) +
+      throw std::invalid_argument("relinearisation.own: " + validation::number_text(most) +
                                   " is outside [1e-9, inf]");
     }
   }

@@ -5,6 +5,7 @@
 
 #include "pipescout/estimation/state_estimator.hpp"
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout::estimation {
 namespace {
@@ -123,7 +124,8 @@ void StateEstimatorParameters::validate() const {
     const double least = i > 0 ? tally[i - 1] : centre_line->first_chainage();
     const double most = centre_line->last_chainage();
     if (!(tally[i] <= most && (i > 0 ? tally[i] > least : tally[i] >= least))) {
-      throw std::invalid_argument("tally[" + std::to_string(i) + "]: " + std::to_string(tally[i]) +
+      throw std::invalid_argument("tally[" + std::to_string(i) +
+                                  "]: " + validation::number_text(tally[i]) +
                                   " is not after the weld before it, or beyond the centre_line");
     }
   }

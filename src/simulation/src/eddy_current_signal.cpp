@@ -10,6 +10,7 @@
 
 #include "pipescout/statistics/draw.hpp"
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -176,7 +177,8 @@ std::vector<PipeFeature> draw_features(const PipeParameters& parameters,
   std::vector<PipeFeature> features;
   for (std::size_t k = 0; k < welds.size(); ++k) {
     if (!std::isfinite(welds[k]) || (k > 0 && welds[k] <= welds[k - 1])) {
-      throw std::invalid_argument("welds[" + std::to_string(k) + "] = " + std::to_string(welds[k]) +
+      throw std::invalid_argument("welds[" + std::to_string(k) +
+                                  "] = " + validation::number_text(welds[k]) +
                                   " must be finite and above the one before");
     }
     features.push_back(draw_weld(welds[k], engine, parameters));

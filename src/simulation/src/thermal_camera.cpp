@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "thermal_background.hpp"
 #include "thermal_band.hpp"
 #include "thermal_bodies.hpp"
@@ -214,8 +215,8 @@ std::uint16_t ThermalRenderer::highest_counts() const noexcept {
 
 ThermalGreys::ThermalGreys(const thermal::Radiometry& radiometry, double lowest, double highest) {
   if (!(lowest < highest)) {
-    throw std::invalid_argument("lowest: " + std::to_string(lowest) + " is not below highest, " +
-                                std::to_string(highest));
+    throw std::invalid_argument("lowest: " + validation::number_text(lowest) +
+                                " is not below highest, " + validation::number_text(highest));
   }
   constexpr std::size_t kCounts = 65536;
   constexpr double kLevels = 255;

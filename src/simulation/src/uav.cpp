@@ -9,6 +9,7 @@
 
 #include "pipescout/statistics/draw.hpp"
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout::simulation {
 namespace {
@@ -74,7 +75,7 @@ Uav::Uav(const UavParameters& parameters, const Eigen::Vector3d& position, doubl
   if (push.z() < kLeastLift || thrust_ > parameters_.largest_thrust ||
       push.head<2>().norm() > push.z() * std::tan(parameters_.largest_tilt)) {
     throw std::invalid_argument("uav: it cannot hover in a mean wind of " +
-                                std::to_string(mean_wind.norm()) + " m/s");
+                                validation::number_text(mean_wind.norm()) + " m/s");
   }
   const SO3 R_rack_body = attitude(push, yaw);
   state_.T_rack_body = SE3(R_rack_body, position);

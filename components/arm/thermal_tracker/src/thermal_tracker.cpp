@@ -18,6 +18,7 @@
 #include "pipescout/message_conversions/tracked_section.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "track_messages.hpp"
 
 namespace pipescout {
@@ -85,7 +86,7 @@ CallbackReturn ThermalTracker::on_configure() {
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
-                   "no image for " + std::to_string(settings_->silent_after) + " s");
+                   "no image for " + validation::number_text(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
@@ -357,7 +358,7 @@ void ThermalTracker::tell_counts() {
   diagnostics().set_value("track", std::to_string(number));
   diagnostics().set_value("track.state",
                           std::string(to_string(body_ ? body_->state() : pipe.state)));
-  diagnostics().set_value("track.confidence", std::to_string(confidence));
+  diagnostics().set_value("track.confidence", validation::number_text(confidence));
 }
 
 }  // namespace pipescout

@@ -15,6 +15,7 @@
 #include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "sensor_mounting.hpp"
 
 namespace pipescout {
@@ -67,8 +68,7 @@ void forget_all_but_tilt(Matrix6d& covariance) {
 }
 
 std::string seconds(double value) {
-  const std::string text = std::to_string(value);
-  return text.substr(0, text.find('.') + 2) + " s";
+  return validation::fixed_text(value, 1) + " s";
 }
 
 }  // namespace
@@ -273,9 +273,9 @@ void StateEstimator::on_fix(const Fix& message) {
   if (!covariance_is_stated(message) && !told_unstated_covariance_) {
     told_unstated_covariance_ = true;
     logger().warn("gps: position_covariance states no usable variances (" +
-                  std::to_string(message.position_covariance[0]) + ", " +
-                  std::to_string(message.position_covariance[4]) + ", " +
-                  std::to_string(message.position_covariance[8]) +
+                  validation::number_text(message.position_covariance[0]) + ", " +
+                  validation::number_text(message.position_covariance[4]) + ", " +
+                  validation::number_text(message.position_covariance[8]) +
                   "): gps.deviation is used for such fixes");
   }
   if (!may_place(message)) {
@@ -319,8 +319,8 @@ bool StateEstimator::may_place(const Fix& message) {
   }
   place_map(geodetic(agreeing.front()));
   logger().info("the map's origin is the first of " + std::to_string(agreeing.size()) +
-                " fixes that agree: " + std::to_string(map_->datum().latitude) + ", " +
-                std::to_string(map_->datum().longitude));
+                " fixes that agree: " + validation::number_text(map_->datum().latitude) + ", " +
+                validation::number_text(map_->datum().longitude));
   for (std::size_t i = 0; i + 1 < agreeing.size(); ++i) {
     use_fix(agreeing[i], to_seconds(from_message(agreeing[i].header.stamp) - *origin_));
   }
@@ -406,9 +406,9 @@ void StateEstimator::on_weld(const Weld& message) {
       *time, message.chainage, along, settings_.weld_deviation,
       mounting(settings_).in_body(settings_.weld_sensor));
   if (!weld) {
-    report_fault(
-        "weld.beyond_centre_line",
-        "a weld at chainage " + std::to_string(message.chainage) + " m is not on the centre line");
+    report_fault("weld.beyond_centre_line", "a weld at chainage " +
+                                                validation::number_text(message.chainage) +
+                                                " m is not on the centre line");
     return;
   }
   report_outcome(Source::kWeld, estimator_->add(*weld));
@@ -433,7 +433,8 @@ void StateEstimator::on_initial_pose(const Pose& message) {
     for (const std::size_t i : {0, 7, 35}) {
       if (!(std::isfinite(variances[i]) && variances[i] >= 0)) {
         throw std::invalid_argument("pose.covariance[" + std::to_string(i) + "] is " +
-                                    std::to_string(variances[i]) + ", which is no variance");
+                                    validation::number_text(variances[i]) +
+                                    ", which is no variance");
       }
     }
     estimation::GivenPose given{

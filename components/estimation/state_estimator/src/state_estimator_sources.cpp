@@ -7,6 +7,7 @@
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/runtime/transforms.hpp"
 #include "pipescout/state_estimator/state_estimator.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -130,7 +131,7 @@ void StateEstimator::on_source(std::size_t source, const Message& message) {
                                     .least_gps_deviation = settings_.least_gps_deviation});
     if (news.jumped > 0) {
       report_fault(name + ".jump", "source '" + name + "': its pose jumped by " +
-                                       std::to_string(news.jumped) + " m");
+                                       validation::number_text(news.jumped) + " m");
     }
     if (news.motion && settings_.implied_imu == source) {
       imply_imu(*news.motion);

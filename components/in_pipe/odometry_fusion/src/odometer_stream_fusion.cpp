@@ -13,6 +13,7 @@
 #include "pipescout/odometry_fusion/readings_checks.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -60,13 +61,10 @@ std::string text_of(const odometry::FoundBend& bend) {
       std::lround(kMinutesInTurn * (turns - std::floor(turns))) % std::lround(kMinutesInTurn);
   const long hour = minutes < 60 ? 12 : minutes / 60;
   const std::string minute = std::to_string(minutes % 60);
-  const auto tenths = [](double value) {
-    const std::string digits = std::to_string(std::round(value * 10.0) / 10.0);
-    return digits.substr(0, digits.find('.') + 2);
-  };
   return std::to_string(std::lround(bend.angle * 180.0 / std::numbers::pi)) + " degrees towards " +
          std::to_string(hour) + ":" + (minute.size() < 2 ? "0" : "") + minute + ", " +
-         tenths(bend.length) + " m long, at " + tenths(bend.middle) + " m";
+         validation::fixed_text(bend.length, 1) + " m long, at " +
+         validation::fixed_text(bend.middle, 1) + " m";
 }
 
 /// Gives each odometer its entry of a list that is either empty or as long as there are odometers.
@@ -322,7 +320,7 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
     if (readings_subscription_ && !std::exchange(heard_, false)) {
       report_fault("readings.silent", "no readings of any odometer for " +
-                                          std::to_string(settings_.silent_after) + " s");
+                                          validation::number_text(settings_.silent_after) + " s");
     }
   });
   awaited_.watch({publisher_.untyped()}, [this] { subscribe(); });

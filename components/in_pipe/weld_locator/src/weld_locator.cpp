@@ -14,6 +14,7 @@
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -257,7 +258,7 @@ CallbackReturn WeldLocator::on_configure() {
   position_publisher_ = create_publisher(topics::kPipePosition, {.events = {.matched = matched}});
   const double silent_after = silent_after_.get();
   silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
-    const std::string text = " for " + std::to_string(silent_after) + " s";
+    const std::string text = " for " + validation::number_text(silent_after) + " s";
     if (fused_subscription_ && !std::exchange(fused_heard_, false)) {
       report_fault("fused.silent", "no fused distance" + text);
     }
@@ -330,7 +331,7 @@ void WeldLocator::on_fused(const Fused& message) {
         {.distance = step, .variance = std::max(0.0, variance - independent_variance_)});
     if (estimate.status != odometry::PositioningStatus::kAccepted) {
       report_fault("fused.distance.implausible",
-                   "the fused distance jumps by " + std::to_string(step) + " m");
+                   "the fused distance jumps by " + validation::number_text(step) + " m");
     }
   }
   independent_variance_ = variance;
@@ -352,7 +353,7 @@ void WeldLocator::on_bend(const Bend& message) {
   const auto passage =
       std::isfinite(message.distance) ? history_->at_distance(message.distance) : std::nullopt;
   if (!passage) {
-    report_fault("bend.unknown_place", "a bend at " + std::to_string(message.distance) +
+    report_fault("bend.unknown_place", "a bend at " + validation::number_text(message.distance) +
                                            " m of the fused odometer, which is not in the history");
     return;
   }
@@ -423,7 +424,7 @@ bool WeldLocator::is_acceptable(const Samples& message) {
   }
   if (!(message.sample_interval > 0.0 && message.sample_interval <= 60.0)) {
     return refuse("sample_interval.bad_value",
-                  "every " + std::to_string(message.sample_interval) + " s");
+                  "every " + validation::number_text(message.sample_interval) + " s");
   }
   const Time stamp = from_message(message.header.stamp);
   if (samples_until_ && stamp <= *samples_until_) {
@@ -520,7 +521,7 @@ void WeldLocator::on_weld(const odometry::WeldEvent& event) {
 }
 
 void WeldLocator::report_spacing_faults(const WeldPositionEstimate& estimate, const char* by) {
-  const std::string error = std::to_string(estimate.spacing_error) + " m";
+  const std::string error = validation::number_text(estimate.spacing_error) + " m";
   if (estimate.double_slip_detected) {
     report_fault("double_slip",
                  std::string(by) + " shows that the fused odometer was wrong by " + error);

@@ -23,6 +23,7 @@
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -108,7 +109,7 @@ CallbackReturn LeakInspector::on_configure() {
   silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
       report_fault("image.silent",
-                   "no image for " + std::to_string(settings_->silent_after) + " s");
+                   "no image for " + validation::number_text(settings_->silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });

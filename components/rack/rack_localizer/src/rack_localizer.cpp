@@ -18,6 +18,7 @@
 #include "pipescout/rack_vision/visual_servo.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -267,7 +268,7 @@ CallbackReturn RackLocalizer::on_configure() {
   const double silent_after = silent_after_.get();
   silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
     if (image_subscription_ && !std::exchange(image_heard_, false)) {
-      report_fault("image.silent", "no image for " + std::to_string(silent_after) + " s");
+      report_fault("image.silent", "no image for " + validation::number_text(silent_after) + " s");
     }
   });
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });

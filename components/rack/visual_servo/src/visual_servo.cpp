@@ -12,6 +12,7 @@
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 
@@ -333,8 +334,8 @@ void VisualServo::on_state(const State& message) {
   const bool tracking = message.status == RackState::STATUS_TRACKING;
   const bool sound = std::isfinite(quality) && quality >= 0 && quality <= 1;
   if (!sound) {
-    report_fault("state.quality",
-                 "a quality of " + std::to_string(quality) + " is outside [0, 1]: treated as 0");
+    report_fault("state.quality", "a quality of " + validation::number_text(quality) +
+                                      " is outside [0, 1]: treated as 0");
   }
   quality_ = {.stamp = from_message(message.header.stamp),
               .value = tracking && sound ? quality : 0.0,

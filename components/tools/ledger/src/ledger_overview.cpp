@@ -4,6 +4,7 @@
 
 #include "ledger_report.hpp"
 #include "pipescout/command_line/text_table.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "report_text.hpp"
 
 namespace pipescout::ledger {
@@ -56,8 +57,9 @@ void print_ledger(std::ostream& out, const WeldLedger& ledger) {
       std::count_if(ledger.welds.begin(), ledger.welds.end(),
                     [](const auto& weld) { return weld.position.has_value(); }));
   out << "A ledger of " << of(ledger.welds.size(), "girth weld") << ", " << first.id << " at "
-      << fixed(first.chainage, 3) << " m to " << last.id << " at " << fixed(last.chainage, 3)
-      << " +- " << fixed(last.standard_deviation, 3) << " m\n";
+      << validation::fixed_text(first.chainage, 3) << " m to " << last.id << " at "
+      << validation::fixed_text(last.chainage, 3) << " +- "
+      << validation::fixed_text(last.standard_deviation, 3) << " m\n";
   out << "  confirmed  " << count(WeldVerdict::kConfirmed) << " detected by two runs or more\n";
   out << "  single     " << count(WeldVerdict::kSingle)
       << " detected by one run, and no other has passed\n";

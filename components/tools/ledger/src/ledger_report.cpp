@@ -8,6 +8,7 @@
 
 #include "pipescout/command_line/text_table.hpp"
 #include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "report_text.hpp"
 
 namespace pipescout::ledger {
@@ -18,7 +19,8 @@ using odometry::WeldLedger;
 using odometry::WeldMatch;
 
 std::string percent(std::size_t part, std::size_t whole) {
-  return fixed(100.0 * static_cast<double>(part) / static_cast<double>(whole), 2) + " %";
+  return validation::fixed_text(100.0 * static_cast<double>(part) / static_cast<double>(whole), 2) +
+         " %";
 }
 
 /// Degrees keep what a millimetre needs.
@@ -137,16 +139,18 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
   const auto& alignment = update_.alignment;
   const auto& matches = alignment.matches;
   const auto at = [&](const WeldMatch& match) {
-    return "at " + ledger_.welds[match.b].id + ", " + fixed(ledger_.welds[match.b].chainage, 1) +
-           " m";
+    return "at " + ledger_.welds[match.b].id + ", " +
+           validation::fixed_text(ledger_.welds[match.b].chainage, 1) + " m";
   };
   const std::size_t within = run_.welds.size() - run_beyond_;
   out << run_.path << ": " << of(run_.welds.size(), "girth weld") << " and "
-      << of(run_.features.size(), "other feature") << ", " << fixed(run_.welds.front().chainage, 1)
-      << " to " << fixed(run_.welds.back().chainage, 1) << " m\n"
+      << of(run_.features.size(), "other feature") << ", "
+      << validation::fixed_text(run_.welds.front().chainage, 1) << " to "
+      << validation::fixed_text(run_.welds.back().chainage, 1) << " m\n"
       << "The ledger: " << of(ledger_.welds.size(), "girth weld") << " of "
-      << of(ledger_.runs.size(), "run") << ", " << fixed(ledger_.welds.front().chainage, 1)
-      << " to " << fixed(ledger_.welds.back().chainage, 1) << " m\n"
+      << of(ledger_.runs.size(), "run") << ", "
+      << validation::fixed_text(ledger_.welds.front().chainage, 1) << " to "
+      << validation::fixed_text(ledger_.welds.back().chainage, 1) << " m\n"
       << (alignment.reversed ? "Aligned: the run has the opposite direction of the ledger\n"
                              : "Aligned\n")
       << "  matched       " << matches.size() << " of the run's " << within
@@ -157,12 +161,13 @@ void AlignmentReport::print(std::ostream& out, std::size_t most_rows, bool featu
       << " in the run, too close to a weld of the ledger to be a different one\n"
       << "  beyond        " << count("beyond") << " of the run and " << ledger_beyond_
       << " of the ledger, before the first or behind the last that matched\n"
-      << "  scale         " << fixed(scale_, 6) << " m of the ledger per metre of the run\n"
-      << "  largest slip  " << fixed(matches[largest_slip_].residual, 3)
+      << "  scale         " << validation::fixed_text(scale_, 6)
+      << " m of the ledger per metre of the run\n"
+      << "  largest slip  " << validation::fixed_text(matches[largest_slip_].residual, 3)
       << " m in the joint that ends " << at(matches[largest_slip_]) << '\n'
-      << "  difference    " << fixed(difference(matches[least_difference_]), 3) << " m ("
-      << at(matches[least_difference_]) << ") to "
-      << fixed(difference(matches[largest_difference_]), 3) << " m ("
+      << "  difference    " << validation::fixed_text(difference(matches[least_difference_]), 3)
+      << " m (" << at(matches[least_difference_]) << ") to "
+      << validation::fixed_text(difference(matches[largest_difference_]), 3) << " m ("
       << at(matches[largest_difference_]) << "), the ledger's chainage "
       << (alignment.reversed ? "plus" : "minus") << " the run's\n";
   if (!replaced_.empty()) {
@@ -222,7 +227,7 @@ void AlignmentReport::print_features(std::ostream& out, std::size_t most) const 
     out << "  The list itself says for " << given
         << " how far from the weld above they lie; by its "
         << "odometer " << apart << " of them are more than 0.1 m elsewhere, at most "
-        << fixed(departure(*worst), 3) << " m (line " << worst->line << ")\n";
+        << validation::fixed_text(departure(*worst), 3) << " m (line " << worst->line << ")\n";
   }
   if (most == 0) {
     return;

@@ -14,6 +14,7 @@
 #include "pipescout/csv/utf8.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/statistics/median.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 #include "run_file.hpp"
 
@@ -188,9 +189,8 @@ std::string middle_joint(const std::vector<odometry::WeldPosition>& welds) {
   if (joints.empty()) {
     return "no joints";
   }
-  std::string length = std::to_string(statistics::median_in_place(joints));
   return std::to_string(joints.size()) + " joints, the middle one of " +
-         length.substr(0, length.find('.') + 3) + " m";
+         validation::fixed_text(statistics::median_in_place(joints), 2) + " m";
 }
 
 [[noreturn]] void refuse_alignment(const Options& options, const RunFile& run,

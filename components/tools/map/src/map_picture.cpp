@@ -119,7 +119,8 @@ void draw_map(const std::filesystem::path& file, const MapPicture& picture, int 
       static_cast<double>(picture.grid.width()) * picture.grid.height() * scale * scale;
   if (pixels > kMostPixels) {
     throw std::invalid_argument("scale: " + std::to_string(scale) + " gives " +
-                                std::to_string(pixels) + " pixels; at most 1e8 are drawn");
+                                std::to_string(std::llround(pixels)) +
+                                " pixels; at most 1e8 are drawn");
   }
   Canvas canvas(picture.grid, scale);
   if (picture.graph) {

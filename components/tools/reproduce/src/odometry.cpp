@@ -10,6 +10,7 @@
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/csv/csv_table.hpp"
 #include "pipescout/odometry/consensus_fusion.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "reproduce.hpp"
 #include "seed_values.hpp"
 
@@ -147,7 +148,7 @@ Reproduction reproduce_odometry(const ReproduceOptions& /*options*/, std::ostrea
   result.figures["rows_1_to_9_max_abs_error_eq13_m"] = largest[1];
 
   const auto figure = [&](const char* name) {
-    return std::to_string(result.figures[name].get<double>());
+    return validation::fixed_text(result.figures[name].get<double>(), 6);
   };
   out << "Wang, Cao, Luan, Zhang (2008), Table 1: sigma 0.06, 0.055, 0.056 m; offsets 0.18, 0.155, "
          "0.165 m; epsilon 0.75\n\n";

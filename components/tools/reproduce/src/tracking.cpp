@@ -14,6 +14,7 @@
 #include "pipescout/tracking_study/crossing_score.hpp"
 #include "pipescout/tracking_study/recording.hpp"
 #include "pipescout/tracking_study/tracking_score.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "reproduce.hpp"
 #include "stage_progress.hpp"
 
@@ -321,10 +322,7 @@ class Tracking {
     return tracking_study::record(patrols[number], settings, seed * sequences + number);
   }
 
-  static std::string text(double value) {
-    std::string digits = std::to_string(value);
-    return digits.substr(0, digits.find('.') + 3);
-  }
+  static std::string text(double value) { return validation::fixed_text(value, 2); }
 
   const ReproduceOptions& options_;
   const TrackingExtent& extent_;

@@ -7,6 +7,7 @@
 #include "pipescout/message_conversions/geometry.hpp"
 #include "pipescout/message_conversions/mounting_parameters.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout {
 namespace {
@@ -41,7 +42,7 @@ std::optional<geometry::SE3> CameraMount::T_base_camera(Time time, std::string* 
   }
   if (why != nullptr) {
     *why = found ? "the transforms from '" + camera_frame_ + "' to '" + base_frame_ + "' lie " +
-                       std::to_string(to_seconds(found.gap())) + " s apart"
+                       validation::number_text(to_seconds(found.gap())) + " s apart"
                  : found.failure().text;
   }
   return std::nullopt;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "pipescout/validation/number_text.hpp"
+
 namespace pipescout {
 namespace {
 
@@ -14,7 +16,7 @@ constexpr double kSymmetryTolerance = 1e-6;
 
 void require_finite(const char* field, double value) {
   if (!std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
+    throw std::invalid_argument(std::string(field) + " is " + validation::number_text(value) +
                                 "; it must be finite");
   }
 }
@@ -27,7 +29,7 @@ geometry::SO3 rotation(const geometry_msgs::msg::Quaternion& message, const std:
   Eigen::Quaterniond q(message.w, message.x, message.y, message.z);
   const double norm = q.norm();
   if (std::abs(norm - 1) > kNormTolerance) {
-    throw std::invalid_argument(field + " has a norm of " + std::to_string(norm) +
+    throw std::invalid_argument(field + " has a norm of " + validation::number_text(norm) +
                                 "; it must be 1");
   }
   q.coeffs() /= norm;
@@ -95,7 +97,8 @@ geometry::Matrix6d covariance_from_message(const std::array<double, 36>& covaria
   for (int i = 0; i < 6; ++i) {
     if (!(result(i, i) > 0)) {
       throw std::invalid_argument("covariance[" + std::to_string(7 * i) + "] is " +
-                                  std::to_string(result(i, i)) + "; a variance must be above 0");
+                                  validation::number_text(result(i, i)) +
+                                  "; a variance must be above 0");
     }
     for (int j = 0; j < i; ++j) {
       if (std::abs(result(i, j) - result(j, i)) >

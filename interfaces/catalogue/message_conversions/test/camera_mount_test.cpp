@@ -84,7 +84,7 @@ TEST_F(CameraMountTest, OneOnAnArmIsWhereItWasAtThatTime) {
 
 TEST_F(CameraMountTest, NothingIsSaidOfALongGap) {
   moving_.send({transform(0, on_arm(0)), transform(0.5, on_arm(0.5))});
-  EXPECT_THAT(missing(mount_, 0.25), HasSubstr("lie 0.500000 s apart"));
+  EXPECT_THAT(missing(mount_, 0.25), HasSubstr("lie 0.5 s apart"));
   EXPECT_TRUE(mount_.T_base_camera(at(0.5)));
 }
 

@@ -14,6 +14,7 @@
 #include "pipescout/planning/route_planner.hpp"
 #include "pipescout/planning/tour.hpp"
 #include "pipescout/validation/check.hpp"
+#include "pipescout/validation/number_text.hpp"
 
 namespace pipescout::navigation {
 namespace {
@@ -72,7 +73,7 @@ PipeSide mirrored(PipeSide side) {
 }
 
 std::string place(const Pose2d& pose) {
-  return "(" + std::to_string(pose.x) + ", " + std::to_string(pose.y) + ")";
+  return "(" + validation::number_text(pose.x) + ", " + validation::number_text(pose.y) + ")";
 }
 
 std::vector<Point2d> line_of(const RouteGraph& graph, std::uint32_t edge) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout {
 namespace {
@@ -478,7 +479,7 @@ std::string to_csv(const WeldLedger& ledger) {
 WeldLedger ledger_from_csv(std::string_view text, double default_standard_deviation) {
   if (!(std::isfinite(default_standard_deviation) && default_standard_deviation > 0.0)) {
     throw std::invalid_argument(
-        "default_standard_deviation: " + std::to_string(default_standard_deviation) +
+        "default_standard_deviation: " + format_csv_number(default_standard_deviation) +
         " is outside (0, infinity)");
   }
   const Table all(text);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "pipescout/statistics/draw.hpp"
+#include "pipescout/validation/check.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -55,16 +56,10 @@ float smooth_noise(double x, double y, std::uint64_t salt) {
 void MeshScene::validate() const {
   model.validate();
   bodies.validate();
-  const auto check = [](const char* name, double value, double largest) {
-    if (!(value >= 0 && value <= largest)) {
-      throw std::invalid_argument(std::string("MeshScene.") + name + " is " +
-                                  std::to_string(value) + ", not within 0 to " +
-                                  std::to_string(largest));
-    }
-  };
-  check("contrast", contrast, 2);
-  check("noise", noise, 100);
-  check("people", static_cast<double>(people), simulation::kMostPeople);
+  validation::check_within("MeshScene.contrast", contrast, 0, 2);
+  validation::check_within("MeshScene.noise", noise, 0, 100);
+  validation::check_within("MeshScene.people", static_cast<double>(people), 0,
+                           simulation::kMostPeople);
 }
 
 MeshRenderer::MeshRenderer(const MeshScene& scene, const geometry::Camera& camera)

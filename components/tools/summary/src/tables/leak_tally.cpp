@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipescout/statistics/chi_square.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "tables/values.hpp"
 
 namespace pipescout::summary {
@@ -127,7 +128,7 @@ void LeakTally::add_figures_of_truth(MissionSection& section, const std::string&
   for (const auto& [id, leak] : truth_) {
     if (std::ranges::find(taken, id) == taken.end()) {
       section.notes.push_back("Not found: the true leak " + std::to_string(id) + " at x " +
-                              std::to_string(rounded(leak.position.x, 10)) + " m.");
+                              validation::number_text(rounded(leak.position.x, 10)) + " m.");
     }
   }
 }

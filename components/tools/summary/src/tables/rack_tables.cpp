@@ -27,6 +27,7 @@
 #include "pipescout/mission_tables/thinning.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "tables/camera_files.hpp"
 #include "tables/makers.hpp"
 #include "tables/rack_lines.hpp"
@@ -44,7 +45,7 @@ constexpr std::uintmax_t kLargestRackFile = 1 << 20;
 
 void require_finite(const char* field, double value) {
   if (!std::isfinite(value)) {
-    throw std::invalid_argument(std::string(field) + " is " + std::to_string(value) +
+    throw std::invalid_argument(std::string(field) + " is " + validation::number_text(value) +
                                 "; it must be finite");
   }
 }
