@@ -57,8 +57,8 @@ struct ReproducibleTable {
   std::span<const std::string_view> parts{};
 };
 
-inline constexpr std::array<std::string_view, 5> kRackParts{"features", "images", "worlds",
-                                                            "cameras", "leaks"};
+inline constexpr std::array<std::string_view, 6> kRackParts{"features", "images",  "noise",
+                                                            "offsets",  "cameras", "leaks"};
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 
