@@ -28,9 +28,12 @@ void reproduce_rack_features(RackReproduction& run);
 /// processors.
 void reproduce_rack_images(RackReproduction& run);
 
-/// On images of two renderers, in noise and with pipes that are not where the rack file has them:
-/// `noise_grid_...`, `offsets_...`, `fig8_...`, `coverage99_percent`.
-void reproduce_rack_worlds(RackReproduction& run);
+/// On images of two renderers with noise: `noise_grid_...`.
+void reproduce_rack_noise(RackReproduction& run);
+
+/// On images of two renderers, over pipes that are not where the rack file has them:
+/// `offsets_...`, `fig8_...`, `coverage99_percent`.
+void reproduce_rack_offsets(RackReproduction& run);
 
 /// On images of two renderers, with flanges, lagging, valves, a tray and people that the rack file
 /// does not have, and with a file that has most of them: `bodies_...`.

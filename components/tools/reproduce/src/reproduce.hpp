@@ -57,8 +57,8 @@ struct ReproducibleTable {
   std::span<const std::string_view> parts{};
 };
 
-inline constexpr std::array<std::string_view, 6> kRackParts{"features", "images",  "worlds",
-                                                            "bodies",   "cameras", "leaks"};
+inline constexpr std::array<std::string_view, 7> kRackParts{
+    "features", "images", "noise", "offsets", "bodies", "cameras", "leaks"};
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 

@@ -209,6 +209,18 @@ TEST(Reproduce, FliesOverTheRackPartByPart) {
   EXPECT_FALSE(result.figures.contains("offsets_nees"));
 }
 
+TEST(Reproduce, MisplacesPipesWithoutTheFlightsInNoise) {
+  std::ostringstream out;
+  const RackExtent extent{
+      .images = {.misplaced = 1, .misplaced_far = 1, .misplaced_places = 1, .figure_8 = 1}};
+  const auto result = reproduce_rack({.part = "offsets"}, extent, out);
+  for (const char* figure : {"offsets_wrong_silent", "offsets_far_silent",
+                             "fig8_images_offsets_error_m", "coverage99_percent"}) {
+    EXPECT_TRUE(result.figures.contains(figure)) << figure;
+  }
+  EXPECT_FALSE(result.figures.contains("noise_grid_position_m"));
+}
+
 TEST(ReproduceEstimator, GivesAllFigures) {
   std::ostringstream out;
   const auto result = reproduce_estimator(

@@ -9,9 +9,7 @@
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
 #include "pipescout/odometry_study/quantile.hpp"
-#include "pipescout/rack_study/image_flight.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
-#include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/rack_study/misplaced_pipes.hpp"
 #include "pipescout/rack_study/paper_flight.hpp"
 #include "rack_figures.hpp"
@@ -20,26 +18,23 @@
 namespace pipescout::reproduce {
 namespace {
 
-using rack_study::ImageFlightScore;
-using rack_study::ImageFlightSettings;
 using rack_study::MisplacedPipesScore;
 using rack_study::MisplacedPipesSettings;
 using rack_study::World;
 
 constexpr std::array kWorlds{World::kRayCaster, World::kMesh};
 
-/// Images of two renderers that have nothing in common, with noise and with pipes that lie
-/// elsewhere than the rack file has them.
-class RackWorlds {
+/// Images of two renderers that have nothing in common, of pipes that lie elsewhere than the rack
+/// file has them.
+class RackOffsets {
  public:
-  explicit RackWorlds(RackReproduction& run)
+  explicit RackOffsets(RackReproduction& run)
       : options_(run.options),
         extent_(run.extent.images),
         rows_(run.rows),
         progress_(run.progress) {}
 
   void run() {
-    fly_in_noise();
     misplace("6 cm", 0.06, 0, options_.trials.value_or(extent_.misplaced),
              {"offsets_wrong_silent", "offsets_wrong_converged_percent"}, at_least(95.0));
     misplace("25 cm", 0.25, 0.15, options_.trials.value_or(extent_.misplaced_far),
@@ -54,62 +49,6 @@ class RackWorlds {
   }
 
  private:
-  struct NoiseCell {
-    World world = World::kRayCaster;
-    bool textured = false;
-    double sigma = 0;
-  };
-
-  void fly_in_noise() {
-    std::vector<NoiseCell> cells;
-    for (const World world : kWorlds) {
-      for (const bool textured : {false, true}) {
-        for (const double sigma : {0.0, 3.0, 10.0, 20.0, 25.0}) {
-          cells.push_back({world, textured, sigma});
-        }
-      }
-    }
-    const auto seeds = seeds_of(options_, cells.size());
-    const std::string study =
-        "Plain and textured pipes, noise of 0, 3, 10, 20 and 25 grey levels, " +
-        std::to_string(std::lround(extent_.noise)) + " s each";
-    const auto scores = for_each_seed(progress_, study, seeds, [&](std::uint64_t seed) {
-      const auto index = static_cast<std::size_t>(std::ranges::find(seeds, seed) - seeds.begin());
-      return rack_study::score_flight(
-          rack_study::run_image_flight(noisy_flight(cells[index], seed), seed).frames);
-    });
-    const auto median = [](const ImageFlightScore& score) {
-      return score.position_errors.empty() ? 1.0
-                                           : odometry_study::quantile(score.position_errors, 0.5);
-    };
-    const auto tracked = each(scores, &ImageFlightScore::with_pose_percent);
-    const auto medians = each(scores, median);
-    rows_.add_study(
-        study, {{"images with a pose, %, worst flight", *std::ranges::min_element(tracked), tracked,
-                 at_least(100.0), "noise_grid_tracked_percent"},
-                {"position error, median, m, worst flight", largest(medians), medians, kSmallIsGood,
-                 "noise_grid_position_m"}});
-  }
-
-  [[nodiscard]] ImageFlightSettings noisy_flight(const NoiseCell& cell, std::uint64_t seed) const {
-    ImageFlightSettings settings;
-    settings.scene.model = rack_study::rack_on_beams();
-    settings.flight.duration = extent_.noise;
-    settings.way_points = rack_study::inspection_way_points(extent_.noise, seed);
-    settings.sensor.read_noise = cell.sigma;
-    settings.sensor.electrons_per_level = 0;
-    if (!cell.textured) {
-      constexpr double kFar = 100;  // m: all of it
-      settings.scene.plain = {{.from = -kFar, .to = kFar}};
-    }
-    if (cell.world == World::kMesh) {
-      settings.mesh.emplace();
-      settings.mesh->contrast = cell.textured ? 1 : 0;
-      settings.mesh->noise = cell.sigma;
-    }
-    return settings;
-  }
-
   struct Names {
     std::string silent, converged;
   };
@@ -183,8 +122,8 @@ class RackWorlds {
 
 }  // namespace
 
-void reproduce_rack_worlds(RackReproduction& run) {
-  RackWorlds(run).run();
+void reproduce_rack_offsets(RackReproduction& run) {
+  RackOffsets(run).run();
 }
 
 }  // namespace pipescout::reproduce
