@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <string_view>
+#include <vector>
 
+#include "pipescout/odometry_study/quantile.hpp"
 #include "rack_figures.hpp"
 
 namespace pipescout::reproduce {
@@ -14,6 +16,11 @@ constexpr std::array<Work, kRackParts.size()> kWork{
     reproduce_rack_bodies,   reproduce_rack_cameras, reproduce_rack_leaks};
 
 }  // namespace
+
+double error_quantile(const std::vector<double>& errors, double part) {
+  constexpr double kWithoutAny = 1;
+  return errors.empty() ? kWithoutAny : odometry_study::quantile(errors, part);
+}
 
 Reproduction reproduce_rack(const ReproduceOptions& options, std::ostream& out) {
   return reproduce_rack(options, RackExtent{}, out);

@@ -6,7 +6,6 @@
 
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
-#include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/rack_study/image_flight.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
 #include "pipescout/rack_study/image_score.hpp"
@@ -68,9 +67,7 @@ void reproduce_rack_bodies(RackReproduction& run) {
     return scores;
   };
   const auto p95 = [](const ImageFlightScore& score) {
-    constexpr double kWithoutPose = 1;  // m
-    return score.position_errors.empty() ? kWithoutPose
-                                         : odometry_study::quantile(score.position_errors, 0.95);
+    return error_quantile(score.position_errors, 0.95);
   };
   std::size_t silent = 0;
   for (const Case& of : {Case{"rays", false}, Case{"a mesh", true}}) {

@@ -6,7 +6,6 @@
 
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
-#include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/rack_study/image_flight.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
 #include "pipescout/rack_study/image_score.hpp"
@@ -59,15 +58,11 @@ ImageFlightSettings with_lens(ImageFlightSettings settings, geometry::LensModel 
   return settings;
 }
 
-double median_error(const std::vector<double>& errors) {
-  constexpr double kWithoutPose = 1;  // m or rad: worse than every error
-  return errors.empty() ? kWithoutPose : odometry_study::quantile(errors, 0.5);
-}
-
 /// The larger one of position and orientation.
 double error_ratio(const ImageFlightScore& score, const ImageFlightScore& other) {
-  return std::max(median_error(score.position_errors) / median_error(other.position_errors),
-                  median_error(score.rotation_errors) / median_error(other.rotation_errors));
+  return std::max(
+      error_quantile(score.position_errors, 0.5) / error_quantile(other.position_errors, 0.5),
+      error_quantile(score.rotation_errors, 0.5) / error_quantile(other.rotation_errors, 0.5));
 }
 
 struct Comparison {
@@ -99,7 +94,7 @@ void compare(RackReproduction& run, const Comparison& names, const ImageFlightSe
     return each(of_seeds, &ImageFlightScore::with_pose_percent);
   };
   const auto median_position = [](const ImageFlightScore& score) {
-    return median_error(score.position_errors);
+    return error_quantile(score.position_errors, 0.5);
   };
   run.rows.add_study(
       names.study,

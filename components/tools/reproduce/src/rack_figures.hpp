@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ostream>
+#include <vector>
 
 #include "figure_rows.hpp"
 #include "reproduce.hpp"
@@ -20,6 +21,9 @@ struct RackReproduction {
   StageProgress& progress;
   std::vector<std::uint64_t> seeds;
 };
+
+/// Of errors in m or rad; without any 1, which is worse than each.
+[[nodiscard]] double error_quantile(const std::vector<double>& errors, double part);
 
 /// Where edges and points are seen is given, with the errors of a detector: the paper's simulation.
 void reproduce_rack_features(RackReproduction& run);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -28,11 +27,6 @@ using rack_study::ImageFlightSettings;
 using rack_study::WrongStartScore;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-
-/// Of errors; without any there is no pose, which is worse than every error.
-double error_quantile(const std::vector<double>& errors, double part) {
-  return errors.empty() ? std::numeric_limits<double>::infinity() : quantile(errors, part);
-}
 
 /// %, in the ellipsoid that should hold 95.
 double place_covered(const ImageFlightScore& score) {

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
 #include "pipescout/leak_study/rack_inspection.hpp"
-#include "pipescout/odometry_study/quantile.hpp"
 #include "rack_figures.hpp"
 #include "seed_values.hpp"
 
@@ -15,15 +13,9 @@ namespace pipescout::reproduce {
 namespace {
 
 using leak_study::RackInspectionScore;
-using odometry_study::quantile;
 
 double found_percent(const RackInspectionScore& score) {
   return percent(score.found, score.hot_spots);
-}
-
-/// Of none found: worse than every error.
-double largest_error(const std::vector<double>& errors, double part) {
-  return errors.empty() ? std::numeric_limits<double>::infinity() : quantile(errors, part);
 }
 
 }  // namespace
@@ -46,7 +38,7 @@ void reproduce_rack_leaks(RackReproduction& run) {
   const std::size_t found = total(&RackInspectionScore::found);
   const auto false_findings = each(scores, &RackInspectionScore::false_findings);
   const auto p95 = [](const RackInspectionScore& score) {
-    return largest_error(score.position_errors, 0.95);
+    return error_quantile(score.position_errors, 0.95);
   };
   run.rows.add_study(
       study,
@@ -54,7 +46,7 @@ void reproduce_rack_leaks(RackReproduction& run) {
         each(scores, found_percent), at_least(95), "rack_leaks_found_percent"},
        {"findings without a hot spot, and duplicates", sum(false_findings), false_findings, kNone,
         "rack_leaks_false"},
-       {"position error of a hot spot, 95 %, m", largest_error(errors, 0.95), each(scores, p95),
+       {"position error of a hot spot, 95 %, m", error_quantile(errors, 0.95), each(scores, p95),
         at_most(0.10), "rack_leaks_position_p95_m"},
        {"truth inside the 95 % ellipsoid of the position, %",
         percent(total(&RackInspectionScore::covered), found),

@@ -8,7 +8,6 @@
 
 #include "each_seed.hpp"
 #include "figure_rows.hpp"
-#include "pipescout/odometry_study/quantile.hpp"
 #include "pipescout/rack_study/image_flight.hpp"
 #include "pipescout/rack_study/image_scene.hpp"
 #include "pipescout/rack_study/image_score.hpp"
@@ -69,8 +68,7 @@ void reproduce_rack_noise(RackReproduction& run) {
         rack_study::run_image_flight(noisy_flight(cells[index], duration, seed), seed).frames);
   });
   const auto median = [](const ImageFlightScore& score) {
-    return score.position_errors.empty() ? 1.0
-                                         : odometry_study::quantile(score.position_errors, 0.5);
+    return error_quantile(score.position_errors, 0.5);
   };
   const auto tracked = each(scores, &ImageFlightScore::with_pose_percent);
   const auto medians = each(scores, median);
