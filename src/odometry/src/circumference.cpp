@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "pipe_bends.hpp"
 
@@ -45,15 +46,18 @@ constexpr double kFieldBendRange = 40.0;  // diameters
 constexpr double kWindowsSlack = 1.3;     // of the length, which ends with a window
 constexpr double kSlipLength = 3.0;       // m, mean, exponential
 
-// Change of the logarithm of the speed where a bend begins or ends.
-constexpr double kSlowsShare = 0.5;
+// Change of the logarithm of the speed where a bend or a slip begins or ends.
+constexpr double kSlowsShare = 0.5;        // of the bends
+constexpr double kSlowsInSlipShare = 0.1;  // of the slips: what makes a wheel slip may slow it
 constexpr double kSlowsRange = 0.5;
+// It may also change for any reason, by any amount.
+constexpr double kAnyChangeShare = 0.05;
+constexpr double kAnyChangeRange = 1.0;
 
-constexpr double kImpossible = -60.0;            // logarithm of a probability
-constexpr double kSlack = 1.1;                   // of the tightest bend: its radius is not exact
-constexpr double kNegligible = 0.01;             // probability of an explanation that is dropped
-constexpr double kLargestMisfit = 30.0;          // chi-square of the best explanation
-constexpr double kLeastLikelihood = 1.0 / 30.0;  // of a speed: it may change for any reason
+constexpr double kImpossible = -60.0;    // logarithm of a probability
+constexpr double kSlack = 1.1;           // of the tightest bend: its radius is not exact
+constexpr double kNegligible = 0.01;     // probability of an explanation that is dropped
+constexpr double kLargestMisfit = 30.0;  // chi-square of the best explanation
 constexpr double kPlainMisfit = 2.0;  // chi-square per degree of freedom that needs no explanation
 
 double square_of(double value) {
@@ -151,6 +155,7 @@ Circumference::Model Circumference::fault(const WheelSums& sums,
   WheelSums others = sums;
   others.wheels.reset(wheel);
   Model model = straight(others, precision);
+  model.slows_share = kSlowsInSlipShare;
   double distance = 0.0;
   double total = 0.0;
   each(others.wheels, count_, [&](std::size_t i) {
@@ -200,7 +205,7 @@ Circumference::Vector Circumference::bend_vector(const WheelSums& sums,
 Circumference::Model Circumference::bend_and_fault(
     const WheelSums& sums, const std::array<double, kMaxOdometers>& precision, std::size_t wheel,
     const BendBefore& before, bool complete) const {
-  Model model{.evidence = 2.0 * kImpossible};
+  Model model{.evidence = 2.0 * kImpossible, .slows_share = kSlowsShare};
   WheelSums others = sums;
   others.wheels.reset(wheel);
   if (!before.known && others.wheels.count() < 3) {
@@ -279,7 +284,7 @@ double Circumference::log_prior(double bend, double deviation, double travelled,
 Circumference::Model Circumference::bend(const WheelSums& sums,
                                          const std::array<double, kMaxOdometers>& precision,
                                          const BendBefore& before, bool complete) const {
-  Model model;
+  Model model{.slows_share = kSlowsShare};
   const Eigen::Matrix3d covariance = information(sums.wheels, precision).inverse();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   each(sums.wheels, count_, [&](std::size_t i) {
@@ -305,29 +310,43 @@ Circumference::Model Circumference::bend(const WheelSums& sums,
   return model;
 }
 
-/// Speeds that differ more than usual speak against what they follow from; Cauchy, and bounded.
-/// Into a bend a crawler may slow down.
+/// Of the logarithm of the speed, from beside the stretch to its end; nothing where one is not
+/// known.
+std::optional<double> Circumference::speed_change(const Model& model, const WheelSums& sums,
+                                                  double beside) const {
+  if (beside <= 0.0 || sums.duration <= 0.0) {
+    return std::nullopt;
+  }
+  double distance = 0.0;
+  each(sums.wheels, count_,
+       [&](std::size_t i) { distance += model.weight[i] * sums.increment[i]; });
+  const double speed = std::abs(distance) / sums.duration;
+  return std::log(std::max(speed, 1e-3 * beside) / beside);
+}
+
+/// Speeds that differ more than usual speak against what they follow from. Densities are relative
+/// to the peak of the Cauchy of usual changes, 1 / (pi spread). In a bend or a slip a crawler may
+/// be slower, at both of its ends by as much: the difference of two usual changes is Cauchy with
+/// twice the spread.
 double Circumference::speed_evidence(const Model& model, const Speeds& speeds) const {
-  const bool bent = !model.turn.isZero();
-  const auto end = [&](const WheelSums& sums, double beside) {
-    if (beside <= 0.0 || sums.duration <= 0.0) {
-      return 0.0;
-    }
-    double distance = 0.0;
-    each(sums.wheels, count_,
-         [&](std::size_t i) { distance += model.weight[i] * sums.increment[i]; });
-    const double speed = std::abs(distance) / sums.duration;
-    const double change = std::log(std::max(speed, 1e-3 * beside) / beside);
-    const double steady =
-        std::max(1.0 / (1.0 + square_of(change / speeds.spread)), kLeastLikelihood);
-    if (!bent) {
-      return std::log(steady);
-    }
-    const bool slower = change < speeds.spread && change > -kSlowsRange;
-    const double slows = slower ? pi * speeds.spread / kSlowsRange : 0.0;
-    return std::log((1.0 - kSlowsShare) * steady + kSlowsShare * slows);
+  const auto first = speed_change(model, speeds.first, speeds.before);
+  const auto last = speed_change(model, speeds.last, speeds.after);
+  const double any = kAnyChangeShare * pi * speeds.spread / kAnyChangeRange;
+  const auto usual = [&](double change) {
+    return std::max(1.0 / (1.0 + square_of(change / speeds.spread)), any);
   };
-  return end(speeds.first, speeds.before) + end(speeds.last, speeds.after);
+  const double steady = (first ? usual(*first) : 1.0) * (last ? usual(*last) : 1.0);
+  if (!first && !last) {
+    return 0.0;
+  }
+  double change = first ? *first : *last;
+  double slows = pi * speeds.spread / kSlowsRange;
+  if (first && last) {
+    change = 0.5 * (*first + *last);
+    slows *= std::max(0.5 / (1.0 + square_of(0.5 * (*first - *last) / speeds.spread)), any);
+  }
+  const bool slower = change < speeds.spread && change > -kSlowsRange;
+  return std::log((1.0 - model.slows_share) * steady + (slower ? model.slows_share * slows : 0.0));
 }
 
 Explanation Circumference::explain(const WheelSums& sums, const Speeds& speeds,

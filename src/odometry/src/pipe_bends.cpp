@@ -103,17 +103,19 @@ void BendFinder::join(const WheelSums& window, double begin) {
   } else {
     event.sums.add(window);
   }
-  if (event.windows < 2) {  // the first may have begun before the event
+  // The first and the last window may reach out of the event, so that the speeds of its ends are
+  // those of the windows next to them.
+  if (event.windows < 2) {
     event.speeds.first = event.sums;
+    event.speeds.last = event.sums;
+  } else {
+    event.speeds.last = event.latest;
   }
   if (event.windows == 2) {
     event.inner = event.latest;
+    event.speeds.first = event.latest;
   } else if (event.windows > 2) {
     event.inner.add(event.latest);
-  }
-  event.speeds.last = window;
-  if (event.windows > 0) {
-    event.speeds.last.add(event.latest);
   }
   event.latest = window;
   if (event.windows < kMostEventWindows) {

@@ -59,7 +59,8 @@ struct BendWeights {
 /// - both: of four wheels or more, or within a bend whose curvature is known from before.
 /// A slip of wheel i looks like a bend exactly towards i: a bend in another direction is certain,
 /// one in such a direction is ambiguous and has the speed left to decide: that of the crawler does
-/// not change where a bend begins or ends more than elsewhere.
+/// not change where a bend or a slip begins or ends more than elsewhere, unless the crawler is
+/// slower all through it.
 class Circumference {
  public:
   explicit Circumference(const OdometerStreamParameters& parameters);
@@ -106,6 +107,7 @@ class Circumference {
     Eigen::Vector2d turn = Eigen::Vector2d::Zero();  // rad, of the crawler
     double distance = 0.0;                           // m
     double deviation = 0.0;                          // m, of the bend vector
+    double slows_share = 0.0;                        // probability that the crawler is slower in it
   };
 
   [[nodiscard]] std::array<double, kMaxOdometers> precisions(const WheelSums& sums) const;
@@ -127,6 +129,8 @@ class Circumference {
       const OdometerSet& wheels, const std::array<double, kMaxOdometers>& precision) const;
   [[nodiscard]] double log_prior(double bend, double deviation, double travelled,
                                  bool complete) const;
+  [[nodiscard]] std::optional<double> speed_change(const Model& model, const WheelSums& sums,
+                                                   double beside) const;
   [[nodiscard]] double speed_evidence(const Model& model, const Speeds& speeds) const;
 
   std::size_t count_;

@@ -59,8 +59,9 @@ struct Slip {
   double ratio = 0.0;
 };
 
+/// `in_bend`: speed within the bend, as a share of that elsewhere.
 FusedStream drive(const OdometerStreamParameters& parameters, const Bend& bend,
-                  const std::vector<Slip>& slips = {}) {
+                  const std::vector<Slip>& slips = {}, double in_bend = 1.0) {
   OdometerStream stream(parameters);
   std::vector<BenchWheel> wheels(parameters.odometers.size());
   for (std::size_t i = 0; i < wheels.size(); ++i) {
@@ -73,8 +74,15 @@ FusedStream drive(const OdometerStreamParameters& parameters, const Bend& bend,
       return value;
     };
   }
-  OdometerBench bench(stream, wheels, [](double time) { return kSpeed * time; });
-  bench.run_until(kEnd / kSpeed);
+  const double entered = kBegin / kSpeed;
+  const double length = bend.radius * bend.angle;
+  const double left = entered + length / (in_bend * kSpeed);
+  const auto distance = [&](double time) {
+    return kSpeed * (time - std::clamp(time - entered, 0.0, left - entered)) +
+           in_bend * kSpeed * std::clamp(time - entered, 0.0, left - entered);
+  };
+  OdometerBench bench(stream, wheels, distance);
+  bench.run_until(left + (kEnd - kBegin - length) / kSpeed);
   stream.flush();
   return stream.state();
 }
@@ -128,6 +136,50 @@ TEST(PipeBends, ABendTowardsAWheelIsDecidedBySpeed) {
   EXPECT_EQ(state.bends, 1U);
   EXPECT_LT(std::abs(state.distance - kEnd), 2.0 * std::sqrt(state.variance));
   EXPECT_NEAR(state.distance, kEnd, 0.02);
+}
+
+struct SlowBend {
+  double radius;  // m
+  double angle;
+  double speed;  // share of that elsewhere
+};
+
+FusedStream drive_towards_a_wheel(const SlowBend& bend) {
+  return drive(wheels_around(3, FusionRule::kCircumference),
+               {.radius = bend.radius, .angle = bend.angle, .direction = 2.0 * pi / 3.0}, {},
+               bend.speed);
+}
+
+/// Were it a slip of that wheel, the others would say that the crawler changes its speed where the
+/// slip begins and ends.
+TEST(PipeBends, ABendTowardsAWheelInWhichTheCrawlerSlowsIsFound) {
+  for (const SlowBend& bend :
+       {SlowBend{2.0, pi / 2, 0.95}, {3.0, pi / 4, 0.85}, {4.0, pi / 2, 0.9}}) {
+    const auto state = drive_towards_a_wheel(bend);
+    EXPECT_EQ(state.bends, 1U) << bend.radius;
+    EXPECT_NEAR(state.distance, kEnd, 0.07) << bend.radius;
+  }
+}
+
+/// The crawler slows by about what the other wheels go further in the bend: they say nothing.
+TEST(PipeBends, ABendThatCannotBeToldFromASlipIsUncertain) {
+  for (const SlowBend& bend :
+       {SlowBend{2.0, pi / 2, 0.85}, {2.0, pi / 2, 0.8}, {3.0, pi / 2, 0.9}}) {
+    const auto state = drive_towards_a_wheel(bend);
+    EXPECT_LT(std::abs(state.distance - kEnd), 2.0 * std::sqrt(state.variance)) << bend.radius;
+  }
+}
+
+/// What makes a wheel slip may slow the crawler.
+TEST(PipeBends, ASlipInWhichTheCrawlerSlowsIsNoBend) {
+  for (const double ratio : {0.1, 0.15, 0.25}) {
+    // 3 m of a bend that is straight but for 1e-6 rad: where the crawler is slower.
+    const Bend straight{.radius = 3e6, .angle = 1e-6};
+    const auto state = drive(wheels_around(3, FusionRule::kCircumference), straight,
+                             {{.wheel = 2, .begin = kBegin, .length = 3.0, .ratio = ratio}}, 0.8);
+    EXPECT_EQ(state.bends, 0U) << ratio;
+    EXPECT_NEAR(state.distance, kEnd, 0.05) << ratio;
+  }
 }
 
 TEST(PipeBends, ASlipBesideABendIsToldApart) {
