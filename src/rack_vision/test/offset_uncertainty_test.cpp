@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "drawn_rack.hpp"
-#include "pipescout/rack_vision/rack_tracker.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
@@ -76,31 +75,6 @@ TEST(OffsetUncertainty, ReturnsForAPipeThatIsDoubted) {
   uncertainty.forget(2);
   EXPECT_DOUBLE_EQ(uncertainty.covariance()(2, 2), 2 * kSigma * kSigma);
   EXPECT_DOUBLE_EQ(uncertainty.covariance()(1, 1), others);
-}
-
-TEST(OffsetUncertainty, KeepsThePoseUncertainWhereNoFixedPipeIsInView) {
-  const geometry::Camera camera = test::drawn_camera();
-  const RackModel model = test::drawn_rack();
-  RackModel drawn = model;
-  for (std::size_t i = 1; i < drawn.pipes.size(); ++i) {
-    drawn.pipes[i].start.x() += 0.012;
-  }
-  // Beside the first pipe: it is at the border of the view, or outside of it.
-  const auto pose = [](int image) {
-    return test::drawn_pose(1.2 + 0.1 * std::sin(0.2 * image), 3 + 0.03 * image, 2.0,
-                            0.1 * std::sin(0.15 * image));
-  };
-  RackTrackerParameters parameters;
-  parameters.offset_sigma = kSigma;
-  RackTracker tracker(model, camera, parameters);
-  geometry::Vector6d deviation;
-  deviation << 0.01, 0.01, 0.01, 0.005, 0.005, 0.005;
-  ASSERT_TRUE(tracker.set_pose(pose(0), geometry::Matrix6d(deviation.cwiseAbs2().asDiagonal())));
-  for (int i = 0; i < 36; ++i) {
-    const auto result = tracker.track(test::draw(drawn, camera, pose(i)).view(), 0.04 * i);
-    ASSERT_EQ(result.status, TrackStatus::kTracking) << i;
-    EXPECT_GT(std::sqrt(result.covariance(0, 0)), kSigma) << i;
-  }
 }
 
 }  // namespace
