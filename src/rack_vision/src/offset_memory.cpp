@@ -15,6 +15,7 @@ constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is wher
 constexpr double kDoubtedShare = 0.35;
 constexpr int kImagesInDoubt = 10;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
+constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
 }  // namespace
 
@@ -40,7 +41,7 @@ void OffsetMemory::predict(double dt) {
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (may_move(i)) {
       const auto pipe = static_cast<Eigen::Index>(i);
-      belief_.covariance(pipe, pipe) += kDrift * kDrift * dt;
+      belief_.covariance(pipe, pipe) += kOffsetDrift * kOffsetDrift * dt;
     }
   }
 }

@@ -19,8 +19,6 @@ struct PipeSupport {
 /// What is believed of the pipes' offsets from image to image.
 class OffsetMemory {
  public:
-  static constexpr double kDrift = 0.0003;  ///< m/sqrt(s): pipes move by heat and flow
-
   /// `sigma`: how well the model knows the offsets, m; 0: they stay as they are.
   OffsetMemory(const RackModel& model, double sigma);
 

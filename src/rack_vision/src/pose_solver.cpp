@@ -329,8 +329,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   solution.intrinsics = problem.intrinsics;
   solution.pose_by_intrinsics.setZero();
   solution.map_error.reset();
-  solution.pose_by_offsets.setZero();
-  solution.offset_covariance_by_edges.setZero();
+  solution.covariance_by_offsets.setZero();
   solution.covariance.setZero();
   solution.covariance.diagonal().head<3>().setConstant(parameters_.largest_position_deviation *
                                                        parameters_.largest_position_deviation);

@@ -8,7 +8,6 @@
 #include "image_check.hpp"
 #include "intrinsics_memory.hpp"
 #include "offset_memory.hpp"
-#include "offset_uncertainty.hpp"
 #include "pose_belief.hpp"
 #include "track_step.hpp"
 #include "view_change.hpp"
@@ -44,7 +43,6 @@ class RackTracker::Implementation {
         parameters_(parameters),
         step_(model, camera, parameters),
         offsets_(model, parameters.estimate_offsets ? parameters.offset_sigma : 0),
-        offset_uncertainty_(model, parameters.estimate_offsets ? parameters.offset_sigma : 0),
         intrinsics_(camera, parameters.focal_sigma, parameters.centre_sigma) {}
 
   bool set_pose(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
@@ -80,7 +78,6 @@ class RackTracker::Implementation {
     }
     const PoseBelief last = pose_;
     offsets_.predict(dt);
-    offset_uncertainty_.widen(OffsetMemory::kDrift * OffsetMemory::kDrift * dt);
     intrinsics_.predict(dt);
     const bool measured = predict(dt, motion);
     if (repeated_ > 0 && !starting_) {
@@ -114,7 +111,6 @@ class RackTracker::Implementation {
     coasted_time_ = 0;
     outcome_ = {};
     offsets_.reset();
-    offset_uncertainty_.reset();
     intrinsics_.reset();
     step_.set_camera(camera_);
     state_ = TrackStatus::kNotStarted;
@@ -268,7 +264,7 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    learn_offsets();
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -295,7 +291,6 @@ class RackTracker::Implementation {
       return;
     }
     offsets_ = doubted;
-    offset_uncertainty_.reset();
     offsets_.learn(outcome_.belief.offsets, outcome_.pipes, 1);
     pose_.shift(pose_difference(first, outcome_.belief.T_rack_camera));
     anchor_variance_ = outcome_.belief.anchor_variance;
@@ -303,17 +298,6 @@ class RackTracker::Implementation {
     pose_.begin_map();
     view_.begin(pose_.pose(), *last_stamp_);
     step_.learn(image, outcome_, pose_.relative_covariance());
-  }
-
-  void learn_offsets() {
-    const bool first = starting_;
-    const double share = share_of_view();
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share);
-    if (first && !offset_uncertainty_.has_begun()) {
-      offset_uncertainty_.begin(outcome_.belief.offsets.covariance);
-    } else {
-      offset_uncertainty_.learn(kCovarianceFactor * outcome_.offset_covariance_by_edges, share);
-    }
   }
 
   /// Of what the image says, what those before it did not.
@@ -348,7 +332,6 @@ class RackTracker::Implementation {
     ++(starting_ ? counts_.refused_starts : counts_.losses);
     if (probation_ > 0) {
       offsets_.reset();  // as little as the pose, they may have been found
-      offset_uncertainty_.reset();
     }
     state_ = TrackStatus::kLost;
     starting_ = false;
@@ -381,8 +364,7 @@ class RackTracker::Implementation {
     result.T_rack_camera = pose_.pose();
     result.covariance = kCovarianceFactor * pose_.covariance() +
                         std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
-    result.covariance += outcome_.pose_by_offsets * offset_uncertainty_.covariance() *
-                         outcome_.pose_by_offsets.transpose();
+    result.covariance += outcome_.covariance_by_offsets;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
       result.covariance +=
@@ -417,7 +399,6 @@ class RackTracker::Implementation {
   double coasted_time_ = 0;  ///< s since then, of images that were predicted through
   double anchor_variance_ = 0;
   OffsetMemory offsets_;
-  OffsetUncertainty offset_uncertainty_;
   IntrinsicsMemory intrinsics_;
   /// How the pose that fits moves with the intrinsics, as the last image had it.
   Eigen::Matrix<double, 6, 3> pose_by_intrinsics_ = Eigen::Matrix<double, 6, 3>::Zero();

@@ -64,39 +64,6 @@ Unobserved unobserved(const SystemMatrix& information, const UnknownLayout& layo
   return result;
 }
 
-/// What the edges alone tell of the offsets, and what offsets do to the pose. `trace`: information
-/// about what is not observed; `spread` of the residuals, a factor of their variance.
-void describe_offsets(const NormalEquations& equations, const UnknownLayout& layout,
-                      const geometry::Vector6d& caps, double trace, double spread,
-                      PoseSolution& solution) {
-  const int n = layout.offset_count;
-  if (n == 0) {
-    return;
-  }
-  SystemMatrix edges = equations.edge_information;
-  edges.diagonal().head<6>() += caps.cwiseAbs2().cwiseInverse();
-  const SystemMatrix edges_of_pose = edges.topLeftCorner(kPoseUnknowns, kPoseUnknowns);
-  const SystemMatrix by_offsets =
-      solve_columns(edges_of_pose, edges.block(0, kPoseUnknowns, kPoseUnknowns, n));
-  edges.diagonal().tail(layout.size - kPoseUnknowns).array() += trace;
-  const SystemMatrix of_edges = inverse_columns(edges, kPoseUnknowns, n);
-  for (std::size_t i = 0; i < kMaxPipes; ++i) {
-    const int row = layout.offset[i];
-    if (row < 0) {
-      continue;
-    }
-    solution.pose_by_offsets.col(static_cast<int>(i)) = by_offsets.col(row - kPoseUnknowns);
-    for (std::size_t j = 0; j < kMaxPipes; ++j) {
-      const int column = layout.offset[j];
-      if (column >= 0) {
-        solution.offset_covariance_by_edges(static_cast<int>(i), static_cast<int>(j)) =
-            0.5 * spread *
-            (of_edges(row, column - kPoseUnknowns) + of_edges(column, row - kPoseUnknowns));
-      }
-    }
-  }
-}
-
 }  // namespace
 
 void describe_solution(const NormalEquations& equations, const SystemMatrix& prior,
@@ -163,7 +130,16 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       }
     }
   }
-  describe_offsets(equations, layout, caps, trace, edges, solution);
+  if (layout.offset_count > 0) {
+    const int n = layout.offset_count;
+    geometry::Matrix6d edges_of_pose = equations.edge_information.topLeftCorner<6, 6>();
+    edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
+    const SystemMatrix by_offsets = solve_columns(
+        edges_of_pose, equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n));
+    const SystemMatrix of_offsets = covariance.block(kPoseUnknowns, kPoseUnknowns, n, n);
+    solution.covariance_by_offsets =
+        product(product(by_offsets, of_offsets), by_offsets.transpose());
+  }
   if (layout.map_error >= 0) {
     const int k = layout.map_error;
     MapErrorSolution& found = solution.map_error.emplace();

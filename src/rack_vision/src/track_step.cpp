@@ -388,8 +388,7 @@ void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.belief.offsets = solution_.offsets;
   outcome.belief.anchor_variance = anchor_variance;
   outcome.offset_observed = solution_.offset_observed;
-  outcome.pose_by_offsets = solution_.pose_by_offsets;
-  outcome.offset_covariance_by_edges = solution_.offset_covariance_by_edges;
+  outcome.covariance_by_offsets = solution_.covariance_by_offsets;
   outcome.inlier_share = solution_.inlier_share;
   outcome.iterations = solution_.iterations;
   outcome.edge_samples = static_cast<int>(samples_.size());

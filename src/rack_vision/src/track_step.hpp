@@ -51,10 +51,7 @@ struct StepOutcome {
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
   std::bitset<kMaxPipes> offset_observed;
-  /// As PoseSolution.
-  Eigen::Matrix<double, 6, static_cast<int>(kMaxPipes)> pose_by_offsets =
-      Eigen::Matrix<double, 6, static_cast<int>(kMaxPipes)>::Zero();
-  OffsetMatrix offset_covariance_by_edges = OffsetMatrix::Zero();
+  geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   double inlier_share = 0;
   int iterations = 0;
   int edge_samples = 0;

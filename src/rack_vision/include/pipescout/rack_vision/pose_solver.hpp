@@ -198,12 +198,9 @@ struct PoseSolution {
   /// Innovation of the pipe's offset, m, and its standard deviation; 0: not tested.
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
-  /// How errors of the offsets move the pose, for edges like those of this image: m and rad per m.
-  Eigen::Matrix<double, 6, static_cast<int>(kMaxPipes)> pose_by_offsets =
-      Eigen::Matrix<double, 6, static_cast<int>(kMaxPipes)>::Zero();
-  /// Covariance of the offsets from the edges of this image alone, without any prior, m^2; 0 where
-  /// an offset is not estimated, very large where the edges do not tell it.
-  OffsetMatrix offset_covariance_by_edges = OffsetMatrix::Zero();
+  /// Covariance of the pose due to errors of the offsets, for edges like those of this image, m and
+  /// rad. It does not average out over images.
+  geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   std::optional<IntrinsicsBelief> intrinsics{};
   std::optional<MapErrorSolution> map_error{};  ///< when it is estimated
   /// If the intrinsics are estimated: derivative of the pose with respect to them, form as above,
