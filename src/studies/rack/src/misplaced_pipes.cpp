@@ -9,7 +9,6 @@
 #include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
 #include "pipescout/simulation/rack_image_light.hpp"
-#include "pipescout/statistics/chi_square.hpp"
 #include "pipescout/statistics/draw.hpp"
 
 namespace pipescout::rack_study {
@@ -163,20 +162,14 @@ MisplacedPipesTrial try_misplaced_pipes(const MisplacedPipesSettings& settings,
 }
 
 MisplacedPipesScore score_misplaced_pipes(std::span<const MisplacedPipesTrial> trials) {
-  const double pose_99 = statistics::chi_square_quantile(0.99, 6);
   MisplacedPipesScore score;
   for (const MisplacedPipesTrial& trial : trials) {
     ++score.trials;
-    std::size_t silent = 0;
-    for (const FrameScore& frame : trial.frames) {
-      // Written so that NaN is silent.
-      const bool covered = frame.pose_nees <= pose_99;
-      score.images_with_pose += frame.has_pose ? 1 : 0;
-      score.images_covered += frame.has_pose && covered ? 1 : 0;
-      silent += is_wrong(frame) && !covered ? 1 : 0;
-    }
-    score.images_silent += silent;
-    score.silent_wrong += silent > 0 ? 1 : 0;
+    const ImageFlightScore images = score_flight(trial.frames);
+    score.images_with_pose += images.with_pose;
+    score.images_covered += images.pose_covered_99;
+    score.images_silent += images.silent_wrong;
+    score.silent_wrong += images.silent_wrong > 0 ? 1 : 0;
     const FrameScore last = trial.frames.empty() ? FrameScore{} : trial.frames.back();
     score.lost += last.has_pose ? 0 : 1;
     score.converged += last.has_pose && !is_wrong(last) ? 1 : 0;
