@@ -102,6 +102,7 @@ TEST_F(SecuredNetwork, WhatIsNotExportedStaysOnTheMachine) {
   Peer from(robot);
   Peer station(options(keystore_, "/robot_3"));
   Peer inside(command_line);
+  ASSERT_TRUE(from.written.await_matched(1));
   ASSERT_TRUE(inside.written.await_matched(2));
   ASSERT_TRUE(inside.read.await_matched(2));
   ASSERT_TRUE(station.read.await_matched(1));
