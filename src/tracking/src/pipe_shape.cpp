@@ -82,6 +82,26 @@ double PipeShape::size_of(const PipeRegion& region) {
   return sensible ? (region.end - region.start).norm() : 0;
 }
 
+PipeRegion PipeShape::joined(const PipeRegion& likelier, const PipeRegion& other,
+                             const ImageSize& image, const Ends& censored) const {
+  const Vector2d u = direction(state_of(likelier)[kAngle]);
+  PipeRegion both = likelier;
+  const bool forwards = u.dot(both.end - both.start) >= 0;
+  Vector2d& start = forwards ? both.start : both.end;
+  Vector2d& end = forwards ? both.end : both.start;
+  for (const Vector2d& of_other : {other.start, other.end}) {
+    if (inside(of_other, image) > border) {
+      continue;
+    }
+    if (censored.start && u.dot(of_other - start) < 0) {
+      start = of_other;
+    } else if (censored.end && u.dot(of_other - end) > 0) {
+      end = of_other;
+    }
+  }
+  return both;
+}
+
 void PipeShape::observe(const PipeRegion& region, const State& predicted,
                         const Covariance& covariance, const ImageSize& image,
                         ObservationRows<kSize>& rows) const {

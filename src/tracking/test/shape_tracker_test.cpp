@@ -215,6 +215,23 @@ TEST(PipeTracker, AnEndHiddenByAPostIsNotTheEnd) {
   }
 }
 
+/// A post came into view while the camera calibrated itself, and passes.
+TEST(PipeTracker, APipeOnBothSidesOfAPostIsOne) {
+  Pictures pictures;
+  const auto piece = [](double from, double to) {
+    return PipeRegion{.start = {from, 120}, .end = {to, 120}, .half_width = 6};
+  };
+  pictures.show_often({piece(0, 319)}, 30);
+  pictures.show({});
+  pictures.show({piece(0, 237)});
+  for (double post = 200; post > 70; post -= 30) {
+    const PipeTrack& track = pictures.show({piece(0, post), piece(post + 60, 319)});
+    EXPECT_NEAR(track.estimate[0], 159.5, 2) << post;
+    EXPECT_NEAR(track.estimate[2], 319, 4) << post;
+    EXPECT_LT((track.robust_mean - track.estimate).head<2>().norm(), 8) << post;
+  }
+}
+
 TEST(PipeTracker, AxesHaveNoHeadAndTail) {
   Pictures pictures;
   for (int i = 0; i < 300; ++i) {

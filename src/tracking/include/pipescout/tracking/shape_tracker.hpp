@@ -57,7 +57,9 @@ struct ShapeTrackerParameters {
   double doubt = 0.02;         ///< (0, 1): probability that a doubtful reading is of another object
   std::size_t confirm = 3;     ///< [1, 100]: images in which a candidate must be detected
   double confidence_time = 1;  ///< s, (0, 1000]: decay time of the confidence without detection
-  double max_coast = 1.5;      ///< s, (0, 1000]: without detection, until it is lost
+  /// s, (0, 1000]: without detection, until it is lost; for as long a pipe that reached the border
+  /// is expected to go on there behind a post.
+  double max_coast = 1.5;
   /// s, [0, 1000]: time after the loss in which only regions near the prediction or a hint are
   /// accepted; then any region starts a new track.
   double max_lost = 3.0;
@@ -126,14 +128,14 @@ struct Track {
 
 /// Tracks one shape. A Kalman filter with decaying rates estimates it; each reading of a region has
 /// its own variance, so that an end cut by the border of the image does not affect the length. The
-/// most likely region within the gate is associated, and with it regions that then fit too, as
-/// parts of the same shape. The probability that there is a shape is that of Musicki, Evans,
-/// Stankovic, "Integrated probabilistic data association" (IEEE Transactions on Automatic Control
-/// 39, 1994), except that images without detection count by their time, because gaps are
-/// contiguous. The paper's particle filter runs in parallel and re-acquires the shape after a jump
-/// of the image. Other regions are tracked too, so that none is associated with the shape while it
-/// is hidden. The same frames and seed give the same bits. Allocates nothing after construction.
-/// Not thread-safe.
+/// most likely region within the gate is associated, joined with the regions that then fit too, as
+/// parts of the same shape: a pipe on both sides of a post. The probability that there is a shape
+/// is that of Musicki, Evans, Stankovic, "Integrated probabilistic data association" (IEEE
+/// Transactions on Automatic Control 39, 1994), except that images without detection count by their
+/// time, because gaps are contiguous. The paper's particle filter runs in parallel and re-acquires
+/// the shape after a jump of the image. Other regions are tracked too, so that none is associated
+/// with the shape while it is hidden. The same frames and seed give the same bits. Allocates
+/// nothing after construction. Not thread-safe.
 template <TrackableShape Model>
 class ShapeTracker {
  public:
@@ -218,12 +220,15 @@ class ShapeTracker {
   std::size_t times_seen_ = 0;  // of what is followed
   std::size_t misses_ = 0;      // pictures in a row
   double last_seen_ = 0;
-  double existence_ = 0;    // probability, of what is followed
-  bool following_ = false;  // a track or a candidate
-  bool confirmed_ = false;  // it is a track
-  bool clocked_ = false;    // the time of a picture is known
+  double start_censored_ = 0;  // s: when the start of what is followed was last beyond the border
+  double end_censored_ = 0;    // s, the same of its end
+  double existence_ = 0;       // probability, of what is followed
+  bool following_ = false;     // a track or a candidate
+  bool confirmed_ = false;     // it is a track
+  bool clocked_ = false;       // the time of a picture is known
   std::vector<Rival> rivals_;
   std::vector<Usable> usable_;
+  State seen_ = State::Zero();  // of the regions that are the shape's, joined; if `track_.region`
   std::vector<State> compared_;
   ObservationRows<Model::kSize> rows_;
 };

@@ -255,22 +255,29 @@ void ShapeTracker<Model>::correct(Regions regions) {
     kalman_.correct(rows_, parameters_.gate, parameters_.doubt);
     return;
   }
-  fit(kalman_, regions[likeliest->region]);
-  // 1 - delta of Musicki, Evans and Stankovic.
-  const double seen =
-      1 - parameters_.detection + parameters_.detection / parameters_.clutter * likeliest->ratio;
-  existence_ = seen * existence_ / (1 - existence_ + seen * existence_);
+  ShapeKalman<Model> trial = kalman_;
+  fit(trial, regions[likeliest->region]);
+  Region seen = regions[likeliest->region];
+  const Ends censored{.start = track_.time - start_censored_ <= parameters_.max_coast,
+                      .end = track_.time - end_censored_ <= parameters_.max_coast};
   for (Usable& usable : usable_) {
     if (usable.ratio > 0 && usable.region != likeliest->region) {
       // Another part of the same, or something else that was near the prediction.
-      ShapeKalman<Model> trial = kalman_;
-      if (fit(trial, regions[usable.region]).gated) {
+      ShapeKalman<Model> with_both = trial;
+      if (fit(with_both, regions[usable.region]).gated) {
         usable.rival.reset();
+        seen = model_.joined(seen, regions[usable.region], track_.image, censored);
       } else {
         usable.ratio = 0;
       }
     }
   }
+  fit(kalman_, seen);
+  seen_ = Model::state_of(seen);
+  // 1 - delta of Musicki, Evans and Stankovic.
+  const double evidence =
+      1 - parameters_.detection + parameters_.detection / parameters_.clutter * likeliest->ratio;
+  existence_ = evidence * existence_ / (1 - existence_ + evidence * existence_);
   likeliest->rival.reset();
   seen_in(likeliest->region);
 }
@@ -319,6 +326,7 @@ void ShapeTracker<Model>::jump(Regions regions) {
     }
   }
   nearest->ratio = 1;
+  seen_ = Model::state_of(regions[nearest->region]);
   seen_in(nearest->region);
 }
 
@@ -359,8 +367,12 @@ void ShapeTracker<Model>::follow_rivals(Regions regions, const Motion& motion) {
 template <TrackableShape Model>
 void ShapeTracker<Model>::weigh(Regions regions) {
   compared_.clear();
+  if (track_.region) {
+    compared_.push_back(seen_);
+  }
   for (const Usable& usable : usable_) {
-    if (compared_.size() < kMostCompared && !of_known_rival(usable)) {
+    const bool part = track_.region && usable.ratio > 0;
+    if (compared_.size() < kMostCompared && !part && !of_known_rival(usable)) {
       compared_.push_back(Model::state_of(regions[usable.region]));
     }
   }
@@ -445,6 +457,8 @@ void ShapeTracker<Model>::begin(const Region& region, const Motion& motion) {
   rivals_.clear();
   times_seen_ = 0;
   following_ = true;
+  start_censored_ = -std::numeric_limits<double>::infinity();
+  end_censored_ = -std::numeric_limits<double>::infinity();
   constexpr double kPrior = 0.5;
   existence_ = kPrior;
 }
@@ -493,6 +507,8 @@ void ShapeTracker<Model>::report() {
   track_.in_view = view.in_view;
   track_.start_censored = view.start_censored;
   track_.end_censored = view.end_censored;
+  start_censored_ = view.start_censored ? track_.time : start_censored_;
+  end_censored_ = view.end_censored ? track_.time : end_censored_;
   // What is in view, by the whole: in small steps to either side.
   ShapeCovariance<Model> derivative;
   for (Eigen::Index i = 0; i < whole.size(); ++i) {

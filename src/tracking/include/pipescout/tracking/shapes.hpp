@@ -55,6 +55,10 @@ struct PipeShape {
   /// In (-pi/2, pi/2], as all angles of sections.
   [[nodiscard]] static State state_of(const PipeRegion& region);
   [[nodiscard]] static double size_of(const PipeRegion& region);
+  /// Behind a post the pipe goes on up to the border, where it did before. Another end may be
+  /// clutter's: the likelier one's is taken.
+  [[nodiscard]] PipeRegion joined(const PipeRegion& likelier, const PipeRegion& other,
+                                  const ImageSize& image, const Ends& censored) const;
   void observe(const PipeRegion& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
   /// An unobserved end stays beyond the border for any motion of the image.
@@ -94,6 +98,11 @@ struct ValveShape {
 
   [[nodiscard]] static State state_of(const Region& region);
   [[nodiscard]] static double size_of(const Region& region);
+  /// The likelier one: an outline has no parts.
+  [[nodiscard]] Region joined(const Region& likelier, const Region& /*other*/,
+                              const ImageSize& /*image*/, const Ends& /*censored*/) const {
+    return likelier;
+  }
   void observe(const Region& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
   /// No bounds.
@@ -136,6 +145,11 @@ struct VesselShape {
 
   [[nodiscard]] static State state_of(const Region& region);
   [[nodiscard]] static double size_of(const Region& region);
+  /// The likelier one: an outline has no parts.
+  [[nodiscard]] Region joined(const Region& likelier, const Region& /*other*/,
+                              const ImageSize& /*image*/, const Ends& /*censored*/) const {
+    return likelier;
+  }
   void observe(const Region& region, const State& predicted, const Covariance& covariance,
                const ImageSize& image, ObservationRows<kSize>& rows) const;
   /// No bounds.

@@ -69,11 +69,20 @@ struct ShapeInView {
   bool end_censored = false;  ///< the same at the other end
 };
 
+/// Ends, as of `ShapeInView`.
+struct Ends {
+  bool start = false;
+  bool end = false;
+};
+
 /// A shape for `ShapeTracker`: in addition to the members for the particle filter,
 ///
 ///   Region      as it is found in a picture
 ///   state_of    the numbers of a region, as they are seen: what particles are compared with
 ///   size_of     px: of several regions the largest is taken up first; 0: it makes no sense
+///   joined      of two regions that are parts of one shape, likelier one first: the region of
+///   both,
+///               of a shape with these ends beyond the border not long ago
 ///   observe     the readings of a region, beside the prediction and its covariance
 ///   keep_open   the readings of a picture in which the shape is not found: bounds only
 ///   in_view     the part of a shape that is in the picture
@@ -89,6 +98,7 @@ concept TrackableShape = ShapeModel<Model> &&
              ObservationRows<Model::kSize>& rows) {
   { Model::state_of(region) } -> std::same_as<ShapeState<Model>>;
   { Model::size_of(region) } -> std::same_as<double>;
+  { model.joined(region, region, image, Ends{}) } -> std::same_as<typename Model::Region>;
   { model.observe(region, state, covariance, image, rows) } -> std::same_as<void>;
   { model.keep_open(state, covariance, image, rows) } -> std::same_as<void>;
   { Model::in_view(state, image) } -> std::same_as<ShapeInView<Model::kSize>>;
