@@ -67,6 +67,7 @@ void EdgeSearchParameters::validate() const {
   validation::check_within("filter_sigma", filter_sigma, 0.6, 4.0);
   validation::check_within("least_contrast", least_contrast, 0.1, 255.0);
   validation::check_within("least_share", least_share, 0.0, 1.0);
+  validation::check_within("row_time", row_time, 0.0, 1e-3);
 }
 
 Eigen::Vector2d edge_normal(const VisibleEdge& edge, const Pipe* pipe,
@@ -315,9 +316,31 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   }
 }
 
+double EdgeSearch::instant(const Eigen::Vector2d& ideal) const noexcept {
+  const std::optional<Eigen::Vector2d> seen =
+      camera_.has_distortion() ? camera_.distort(ideal) : std::optional(ideal);
+  return seen ? parameters_.row_time * (seen->y() - 0.5 * (camera_.parameters().height - 1)) : 0.0;
+}
+
+void EdgeSearch::search_sample(const ImageView& image, double range, bool round,
+                               const EdgeMemory::Look& look, SearchedSample& sample) {
+  if (!camera_.has_distortion()) {
+    candidates_along(image, sample.place, sample.normal, 1.0, range, round, look, sample);
+    return;
+  }
+  // Over the few pixels of the search the distortion is as good as linear.
+  const std::optional<Eigen::Vector2d> middle = camera_.distort(sample.place);
+  const std::optional<Eigen::Vector2d> beside = camera_.distort(sample.place + sample.normal);
+  if (middle && beside) {
+    const Eigen::Vector2d direction = *beside - *middle;
+    const double scale = direction.norm();
+    candidates_along(image, *middle, direction / scale, scale, range, round, look, sample);
+  }
+}
+
 void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
                         const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
-                        std::vector<SearchedSample>& samples) {
+                        std::vector<SearchedSample>& samples, const EdgeMotion& motion) {
   const double reach = std::clamp(range, 1.0, kLongestSearch * 0.8);
   const bool round = edge.id.kind == EdgeKind::kPipe;
   // Supports have many short edges, and fix little but the place along the pipes.
@@ -329,18 +352,25 @@ void EdgeSearch::search(const ImageView& image, const VisibleEdge& edge, std::ui
     sample.edge = index;
     sample.normal = normal;
     sample.place = edge.image_start + share * (edge.image_end - edge.image_start);
-    if (!camera_.has_distortion()) {
-      candidates_along(image, sample.place, normal, 1.0, reach, round, look, sample);
+    if (parameters_.row_time == 0) {
+      search_sample(image, reach, round, look, sample);
       continue;
     }
-    // Over the few pixels of the search the distortion is as good as linear.
-    const std::optional<Eigen::Vector2d> middle = camera_.distort(sample.place);
-    const std::optional<Eigen::Vector2d> beside = camera_.distort(sample.place + normal);
-    if (middle && beside) {
-      const Eigen::Vector2d direction = *beside - *middle;
-      const double scale = direction.norm();
-      candidates_along(image, *middle, direction / scale, scale, reach, round, look, sample);
+    const Eigen::Vector2d place = sample.place;
+    const Eigen::Vector2d shares(1 - share, share);
+    const double speed = shares.dot(motion.speed);
+    const double moved = speed * instant(place);
+    sample.place = place + moved * normal;
+    search_sample(image, reach, round, look, sample);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(sample.count); ++i) {
+      EdgeCandidate& candidate = sample.candidates[i];
+      const double since_middle_row = speed * instant(candidate.pixel);
+      candidate.pixel -= since_middle_row * normal;
+      candidate.distance += moved - since_middle_row;
     }
+    sample.motion_sigma = std::abs(instant(sample.place)) *
+                          std::sqrt(std::max(0.0, shares.dot(motion.covariance * shares)));
+    sample.place = place;
   }
 }
 

@@ -54,6 +54,9 @@ class PoseBelief {
   [[nodiscard]] geometry::Matrix6d relative_covariance() const;
   /// [m/s along the rack's axes; rad/s about them]
   [[nodiscard]] const geometry::Vector6d& velocity() const noexcept { return velocity_; }
+  [[nodiscard]] geometry::Matrix6d velocity_covariance() const {
+    return covariance_.block<6, 6>(6, 6);
+  }
   /// Another place along y, of the same uncertainty.
   void shift_along(double y);
   /// Another pose, as by `moved_pose`, of the same uncertainty and speed.

@@ -203,8 +203,9 @@ class RackTracker::Implementation {
   }
 
   void find(const ImageView& image) {
-    const TrackBelief before{pose_.pose(), pose_.covariance(), anchor_variance_, offsets_.belief(),
-                             pose_.map()};
+    const TrackBelief before{
+        pose_.pose(), pose_.covariance(), anchor_variance_,           offsets_.belief(),
+        pose_.map(),  pose_.velocity(),   pose_.velocity_covariance()};
     if (starting_) {
       step_.find_from_far(image, before, outcome_);
     } else {

@@ -16,6 +16,7 @@ void RackTrackerParameters::validate() const {
   validation::check_above("offset_sigma", offset_sigma, 0, 1);
   validation::check_above("focal_sigma", focal_sigma, 0, 1000);
   validation::check_above("centre_sigma", centre_sigma, 0, 1000);
+  validation::check_within("row_time", row_time, 0, 1e-3);
   validation::check_above("longest_gap", longest_gap, 0, 60);
   validation::check_within("lost_below", lost_below, 0, 1);
   validation::check_above("start_range_m", start_range_m, 0, 1);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_vision/texture_map.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -68,6 +69,37 @@ std::optional<TextureMap::Projection> TextureMap::project(
   projection.scale.col(1) = projection.by_place * around(point);
   projection.from_camera = point.place - view.T_camera_rack.inverse().translation();
   return projection;
+}
+
+Eigen::Matrix<double, 2, 6> TextureMap::by_motion(const Projection& projection) noexcept {
+  // Motion [dc; dphi] of the camera moves the point by -dc + from_camera x dphi against it.
+  Eigen::Matrix<double, 2, 6> result;
+  result.leftCols<3>() = -projection.by_place;
+  result.rightCols<3>() = projection.by_place * geometry::skew(projection.from_camera);
+  return result;
+}
+
+UncertainView TextureMap::view_of_row(const UncertainView& view, double row) const {
+  UncertainView result = view;
+  if (row_motion_.is_rolling()) {
+    result.T_camera_rack = row_motion_.pose_at(view.T_camera_rack.inverse(), row).inverse();
+  }
+  return result;
+}
+
+Eigen::Matrix2d TextureMap::row_variance(const Projection& projection, double row) const {
+  const Eigen::Matrix<double, 2, 6> moves = by_motion(projection);
+  return moves * row_motion_.covariance_at(row) * moves.transpose();
+}
+
+void TextureMap::correct_for_row(const Point& point, const UncertainView& view, double row,
+                                 const Projection& projection, MatchedPoint& match) const {
+  const auto ideal = [&](const geometry::SE3& T_camera_rack) -> Eigen::Vector2d {
+    return (camera_.matrix() * (T_camera_rack * point.place)).hnormalized();
+  };
+  match.pixel -= ideal(view_of_row(view, row).T_camera_rack) - ideal(view.T_camera_rack);
+  match.sigma =
+      std::hypot(match.sigma, std::sqrt(row_variance(projection, row).diagonal().maxCoeff()));
 }
 
 void TextureMap::choose(const UncertainView& view, const RackSurface& surface,
@@ -142,7 +174,13 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     MatchedPoint& match = matches[i];
     const Point& point = points_[match.point];
     match.found = false;
-    const std::optional<Projection> projection = project(point, view);
+    std::optional<Projection> projection = project(point, view);
+    Eigen::Matrix2d by_row = Eigen::Matrix2d::Zero();
+    if (projection && row_motion_.is_rolling()) {
+      const double row = projection->pixel.y();
+      by_row = row_variance(*projection, row);
+      projection = project(point, view_of_row(view, row));
+    }
     if (!projection) {
       continue;
     }
@@ -156,10 +194,7 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     }
     const PatchInNoise in_noise = patch_in_noise(warped, noise);
     const double least_correlation = parameters_.least_correlation * in_noise.correlation;
-    // Motion [dc; dphi] of the camera moves the point by -dc + from_camera x dphi against it.
-    Eigen::Matrix<double, 2, 6> by_motion;
-    by_motion.leftCols<3>() = -projection->by_place;
-    by_motion.rightCols<3>() = projection->by_place * geometry::skew(projection->from_camera);
+    const Eigen::Matrix<double, 2, 6> moves = by_motion(*projection);
     const double anchor = std::abs(point.anchor_variance - view.anchor_variance);
     // Three sigma of what is a point's own; what it shares with the others is in the view by now.
     const Eigen::Vector2d place_variance(9.0 * point.own_variance + point.along_variance +
@@ -168,7 +203,8 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     const Eigen::Matrix2d place_error =
         projection->scale * place_variance.asDiagonal() * projection->scale.transpose();
     const Eigen::Vector2d variance =
-        (9.0 * by_motion * view.covariance * by_motion.transpose() + place_error).diagonal();
+        (9.0 * moves * view.covariance * moves.transpose() + place_error).diagonal() +
+        9.0 * by_row.diagonal();
     const Eigen::Vector2d half_size =
         variance.cwiseMax(0).cwiseSqrt().cwiseMin(kLargestWindow).array() + kSmallestWindow;
     Eigen::Vector2d near = projection->pixel;
@@ -195,6 +231,9 @@ void TextureMap::match(const ImageView& image, const UncertainView& view, std::s
     match.sigma =
         std::hypot(parameters_.point_sigma,
                    in_noise.widening * std::sqrt(0.5 * std::max(0.0, fine.covariance.trace())));
+    if (row_motion_.is_rolling()) {
+      correct_for_row(point, view, fine.pixel.y(), *projection, match);
+    }
   }
 }
 

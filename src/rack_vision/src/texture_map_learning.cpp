@@ -207,7 +207,7 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
     const std::optional<Eigen::Vector2i> corner = strongest_corner(
         image, inner, inner_side, static_cast<float>(kCornerShare * contrast * contrast));
     if (corner) {
-      add(image, view, middle, surface, *corner);
+      add(image, view_of_row(view, corner->y()), middle, surface, *corner);
     }
   }
 }
@@ -248,6 +248,12 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Mo
   const Eigen::Matrix2d surface_from_pixel = projection->scale.inverse();
   point.own_variance = 0.5 * (surface_from_pixel * surface_from_pixel.transpose()).trace() *
                        parameters_.point_sigma * parameters_.point_sigma;
+  if (row_motion_.is_rolling()) {
+    // Of the rows above the middle it is opposite to that of the rows below: not one of all points.
+    point.own_variance += 0.5 * (surface_from_pixel * row_variance(*projection, pixel.y()) *
+                                 surface_from_pixel.transpose())
+                                    .trace();
+  }
   const PlaceVariance pose = pose_variance(point, projection->from_camera, view, middle);
   point.anchor_variance = anchored_by_y(point) ? view.anchor_variance + pose.anchor : 0.0;
   point.along_variance = pose.along;

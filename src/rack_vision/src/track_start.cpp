@@ -139,6 +139,13 @@ void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation
     contour.normal = normals_[i];
     contour.start_by_motion = by_motion(edge.start, normals_[i], T_rack_camera);
     contour.end_by_motion = by_motion(edge.end, normals_[i], T_rack_camera);
+    if (rows_.is_rolling()) {
+      const auto moved = [&](const geometry::Vector6d& by_motion, const Eigen::Vector2d& pixel) {
+        return by_motion.dot(rows_.velocity) * edge_search_.instant(pixel);
+      };
+      contour.start += moved(contour.start_by_motion, edge.image_start) * normals_[i];
+      contour.end += moved(contour.end_by_motion, edge.image_end) * normals_[i];
+    }
     const EdgeMemory::Look& look = edge_memory_.look(edge.id);
     contour.sign = look.decides_sign() ? std::copysign(1.0, look.contrast) : 0.0;
     const double along =
@@ -341,6 +348,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
 void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
+  set_velocity(before);
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {

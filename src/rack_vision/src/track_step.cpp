@@ -14,7 +14,8 @@ namespace {
 
 using geometry::Matrix6d;
 
-constexpr double kLargestRange = 40.0;    // px
+constexpr double kLargestRange = 40.0;  // px
+constexpr double kRangeDeviations = 3.0;
 constexpr double kSupportBias = 0.2;      // px: corners of beams are not sharp
 constexpr double kSupportSigma = 2.0;     // times that of a pipe's edge: beams are less true
 constexpr double kBiasPerSigma = 1.5;     // shared by an edge, as a multiple of what the fits say
@@ -56,6 +57,7 @@ PoseSolverParameters start_solver_parameters(const RackTrackerParameters& parame
 EdgeSearchParameters search_parameters(const RackTrackerParameters& parameters) {
   EdgeSearchParameters search;
   search.samples_per_edge = parameters.samples_per_edge;
+  search.row_time = parameters.row_time;
   return search;
 }
 
@@ -100,6 +102,8 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       solver_(model, solver_parameters(parameters)),
       start_solver_(model, start_solver_parameters(parameters)),
       alignment_(camera) {
+  rows_.row_time = parameters.row_time;
+  rows_.middle_row = 0.5 * (camera.parameters().height - 1);
   reserve();
 }
 
@@ -137,6 +141,14 @@ void TrackStep::look_at(const ImageView& image) {
   noise_.measure(image);
   edge_search_.set_noise(noise_);
   map_.set_noise(noise_);
+}
+
+void TrackStep::set_velocity(const TrackBelief& before) {
+  if (rows_.is_rolling()) {
+    rows_.velocity = before.velocity;
+    rows_.covariance = before.velocity_covariance;
+    map_.set_row_motion(rows_);
+  }
 }
 
 UncertainView TrackStep::view(const TrackBelief& belief) const {
@@ -182,7 +194,15 @@ double TrackStep::range_of(const VisibleEdge& edge, const Eigen::Vector2d& norma
     }
     largest = std::max(largest, variance);
   }
-  return 3.0 * std::sqrt(largest);
+  return kRangeDeviations * std::sqrt(largest);
+}
+
+EdgeMotion TrackStep::motion_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
+                                const geometry::SE3& T_rack_camera) const {
+  Eigen::Matrix<double, 2, 6> by_motion;
+  by_motion << this->by_motion(edge.start, normal, T_rack_camera).transpose(),
+      this->by_motion(edge.end, normal, T_rack_camera).transpose();
+  return {by_motion * rows_.velocity, by_motion * rows_.covariance * by_motion.transpose()};
 }
 
 void TrackStep::search(const ImageView& image, const TrackBelief& belief, double least_range,
@@ -200,10 +220,16 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
       ++skipped_;
       continue;  // it may be anywhere, and what looks like it is another one
     }
-    const double range =
-        std::min(range_of(edges_[i], normals_[i], belief) + least_range, kLargestRange);
-    edge_search_.search(image, edges_[i], static_cast<std::uint32_t>(i), normals_[i], range,
-                        edge_memory_.look(edges_[i].id), samples_);
+    double range = range_of(edges_[i], normals_[i], belief) + least_range;
+    EdgeMotion motion;
+    if (rows_.is_rolling()) {
+      motion = motion_of(edges_[i], normals_[i], belief.T_rack_camera);
+      const double deviation = std::sqrt(motion.covariance.diagonal().maxCoeff());
+      range += kRangeDeviations * std::abs(rows_.instant(0)) * deviation;
+    }
+    edge_search_.search(image, edges_[i], static_cast<std::uint32_t>(i), normals_[i],
+                        std::min(range, kLargestRange), edge_memory_.look(edges_[i].id), samples_,
+                        motion);
   }
   features_.clear();
   for (const SearchedSample& sample : samples_) {
@@ -228,6 +254,9 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     } else {
       feature.sigma = std::hypot(kSupportSigma * parameters_.edge_sigma, found.noise_sigma);
       feature.bias_sigma = kSupportBias;
+    }
+    if (rows_.is_rolling()) {
+      feature.sigma = std::hypot(feature.sigma, sample.motion_sigma);
     }
   }
 }
@@ -295,6 +324,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
 
 void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
   map_error_ = before.map;
+  set_velocity(before);
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
     TrackBelief around = before;

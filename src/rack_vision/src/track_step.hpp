@@ -15,6 +15,7 @@
 #include "pipescout/rack_vision/image_noise.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_tracker.hpp"
+#include "pipescout/rack_vision/row_motion.hpp"
 #include "pipescout/rack_vision/surface_points.hpp"
 #include "pipescout/rack_vision/texture_map.hpp"
 #include "pipescout/rack_vision/track_quality.hpp"
@@ -37,6 +38,8 @@ struct TrackBelief {
   double anchor_variance = 0;                                      ///< m^2, along y
   OffsetBelief offsets;
   MapErrorBelief map{};
+  geometry::Vector6d velocity = geometry::Vector6d::Zero();             ///< as in RowMotion
+  geometry::Matrix6d velocity_covariance = geometry::Matrix6d::Zero();  ///< the same
 };
 
 struct StepOutcome {
@@ -112,6 +115,10 @@ class TrackStep {
                                              const geometry::SE3& T_rack_camera) const;
   [[nodiscard]] double range_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
                                 const TrackBelief& belief) const;
+  /// How the camera moves while the image is exposed that is looked through next.
+  void set_velocity(const TrackBelief& before);
+  [[nodiscard]] EdgeMotion motion_of(const VisibleEdge& edge, const Eigen::Vector2d& normal,
+                                     const geometry::SE3& T_rack_camera) const;
   /// What tells the place along y before the points are matched.
   enum class Along : std::uint8_t {
     kBySupports,  ///< and orthogonal pipes
@@ -210,6 +217,7 @@ class TrackStep {
   std::vector<PointObservation> points_;
   PoseSolution solution_;
   MapErrorBelief map_error_;  ///< before the image
+  RowMotion rows_;            ///< of the image
 };
 
 }  // namespace pipescout::rack_vision

@@ -56,10 +56,10 @@ inline double drawn_texture(double along, double angle) {
   return sum / 4;
 }
 
-/// `contrast`: of the texture; 0: plain paint.
-inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
-                       const geometry::SE3& T_rack_camera, double gain = 1.0,
-                       double contrast = 1.0) {
+/// `T_rack_camera_of`: a function of the row; `contrast`: of the texture; 0: plain paint.
+template <typename PoseOfRow>
+DrawnImage draw_rows(const RackModel& model, const geometry::Camera& camera,
+                     const PoseOfRow& T_rack_camera_of, double gain, double contrast) {
   const RackSurface surface(model, {});
   const int width = camera.parameters().width;
   const int height = camera.parameters().height;
@@ -67,6 +67,7 @@ inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
   image.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   constexpr int kRays = 2;
   for (int v = 0; v < height; ++v) {
+    const geometry::SE3 T_rack_camera = T_rack_camera_of(v);
     for (int u = 0; u < width; ++u) {
       double sum = 0;
       for (int ray = 0; ray < kRays * kRays; ++ray) {
@@ -87,6 +88,27 @@ inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
     }
   }
   return image;
+}
+
+inline DrawnImage draw(const RackModel& model, const geometry::Camera& camera,
+                       const geometry::SE3& T_rack_camera, double gain = 1.0,
+                       double contrast = 1.0) {
+  return draw_rows(
+      model, camera, [&](int) { return T_rack_camera; }, gain, contrast);
+}
+
+/// By a rolling shutter: rows from the top, `row_time` s after each other. `T_rack_camera`: of the
+/// middle of the image; `velocity`: m/s along the rack's axes, rad/s about them.
+inline DrawnImage draw_rolling(const RackModel& model, const geometry::Camera& camera,
+                               const geometry::SE3& T_rack_camera,
+                               const geometry::Vector6d& velocity, double row_time) {
+  const double middle_row = 0.5 * (camera.parameters().height - 1);
+  const auto at_row = [&](int v) {
+    const geometry::Vector6d moved = row_time * (v - middle_row) * velocity;
+    return geometry::SE3(geometry::SO3::exp(moved.tail<3>()) * T_rack_camera.rotation(),
+                         T_rack_camera.translation() + moved.head<3>());
+  };
+  return draw_rows(model, camera, at_row, 1.0, 1.0);
 }
 
 /// With white noise, one sigma in grey levels.

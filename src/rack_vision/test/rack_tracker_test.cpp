@@ -301,6 +301,9 @@ TEST(RackTrackerParameters, AreValidated) {
   parameters.lost_below = 1.5;
   EXPECT_THROW(parameters.validate(), std::invalid_argument);
   parameters = {};
+  parameters.row_time = 2e-3;
+  EXPECT_THROW(parameters.validate(), std::invalid_argument);
+  parameters = {};
   parameters.focal_sigma = 0;
   EXPECT_THROW(parameters.validate(), std::invalid_argument);
   parameters = {};

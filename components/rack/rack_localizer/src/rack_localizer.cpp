@@ -150,6 +150,11 @@ void RackLocalizer::declare_tracker_parameters() {
       "centre_deviation", defaults.centre_sigma,
       {.description = "px, standard deviation of each coordinate of the calibrated centre",
        .floating_point_range = kPositive});
+  row_time_ = parameters().declare<double>(
+      "row_time", defaults.row_time,
+      {.description = "s from the exposure of one row of the image to that of the next (rolling "
+                      "shutter); 0: global shutter",
+       .floating_point_range = FloatingPointRange{0.0, 1e-3}});
   acceleration_ = parameters().declare<double>(
       "acceleration", defaults.acceleration_sigma,
       {.description = "m/s^2, process noise of the constant-velocity model",
@@ -194,6 +199,7 @@ rack_vision::RackLocalizationParameters RackLocalizer::localization_parameters()
   result.tracker.estimate_intrinsics = estimate_intrinsics_.get();
   result.tracker.focal_sigma = focal_length_deviation_.get();
   result.tracker.centre_sigma = centre_deviation_.get();
+  result.tracker.row_time = row_time_.get();
   result.tracker.acceleration_sigma = acceleration_.get();
   result.tracker.angular_acceleration_sigma = angular_acceleration_.get();
   result.find_first_pose = find_first_pose_.get();

@@ -50,6 +50,7 @@ struct Arguments {
   std::vector<double> near;
   std::vector<double> heading;
   double offset_deviation = rack_vision::RackTrackerParameters{}.offset_sigma;
+  double row_time = 0;  // s; 0: global shutter
   std::size_t overlays = 30;
 };
 
@@ -115,6 +116,7 @@ Start start_of(const Arguments& arguments) {
 TrackOptions options_for(const Arguments& arguments, std::vector<std::string>& said) {
   TrackOptions options;
   options.localization.tracker.offset_sigma = arguments.offset_deviation;
+  options.localization.tracker.row_time = arguments.row_time;
   if (!arguments.start.empty()) {
     options.start = start_of(arguments);
     said.emplace_back("The first pose: as given by --start.");
@@ -243,6 +245,11 @@ void add_commands(CLI::App& app, Action& action) {
       ->add_option("--offset-deviation", a.offset_deviation,
                    "Standard deviation of the pipes' lateral positions against the rack file, m")
       ->check(CLI::Range(1e-6, 1e3))
+      ->capture_default_str();
+  command
+      ->add_option("--row-time", a.row_time,
+                   "From the exposure of one row to that of the next, s (rolling shutter)")
+      ->check(CLI::Range(0.0, 1e-3))
       ->capture_default_str();
   command->add_option("--overlays", a.overlays, "Pictures with the model drawn over the image")
       ->check(CLI::Range(0, 1000000))

@@ -47,6 +47,7 @@ ImageFlightSettings turning_flight(double duration) {
 ImageFlightSettings with_row_skew(ImageFlightSettings settings) {
   constexpr double kSkew = 0.008;  // s, from the first row to the last
   settings.sensor.row_time = kSkew / settings.camera.parameters().height;
+  settings.localization.tracker.row_time = settings.sensor.row_time;
   return settings;
 }
 

@@ -27,6 +27,7 @@ struct EdgeSearchParameters {
   double least_contrast = 7.0;
   /// Candidates weaker than this share of the strongest along the same normal are ignored, 0..1.
   double least_share = 0.25;
+  double row_time = 0;  ///< s, 0..1e-3: see RowMotion
 
   /// Throws std::invalid_argument naming the field, the value and the range.
   void validate() const;
@@ -49,8 +50,18 @@ struct SearchedSample {
   Eigen::Vector2d place;   ///< on the rendered edge, ideal pixel
   Eigen::Vector2d normal;  ///< unit vector, away from the pipe; supports: see `edge_normal`
   bool searched = false;   ///< false: too near to the border of the image
-  int count = 0;           ///< number of candidates, ordered by plausibility, best first
+  /// px: of the candidates, from the velocity by which they are corrected for the time of their
+  /// rows; common to all samples of an image.
+  double motion_sigma = 0;
+  int count = 0;  ///< number of candidates, ordered by plausibility, best first
   std::array<EdgeCandidate, kMaxEdgeCandidates> candidates;
+};
+
+/// Velocity of an edge along its normal in the ideal image, at its start and at its end; in between
+/// it changes linearly.
+struct EdgeMotion {
+  Eigen::Vector2d speed = Eigen::Vector2d::Zero();       ///< px/s
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of `speed`, px^2/s^2
 };
 
 /// Unit normal of an edge in the ideal image: for a pipe it points away from the pipe, for a
@@ -109,12 +120,20 @@ class EdgeSearch {
   void set_noise(const ImageNoise& noise) noexcept { noise_ = noise; }
 
   /// Appends the samples of one visible edge. `range`: px to either side of it, limited to
-  /// kLongestSearch. Samples whose normal leaves the image are searched up to its border.
+  /// kLongestSearch. Samples whose normal leaves the image are searched up to its border. With a
+  /// row time, each is searched where its row sees the edge, which moves by `motion`, and its
+  /// candidates are where the middle row would have seen them.
   void search(const ImageView& image, const VisibleEdge& edge, std::uint32_t index,
               const Eigen::Vector2d& normal, double range, const EdgeMemory::Look& look,
-              std::vector<SearchedSample>& samples);
+              std::vector<SearchedSample>& samples, const EdgeMotion& motion = {});
+
+  /// s from the exposure of the middle row to that of the row in which an ideal pixel is seen; 0
+  /// where it is not seen.
+  [[nodiscard]] double instant(const Eigen::Vector2d& ideal) const noexcept;
 
  private:
+  void search_sample(const ImageView& image, double range, bool round, const EdgeMemory::Look& look,
+                     SearchedSample& sample);
   void candidates_along(const ImageView& image, const Eigen::Vector2d& middle,
                         const Eigen::Vector2d& direction, double scale, double range, bool round,
                         const EdgeMemory::Look& look, SearchedSample& sample);

@@ -42,6 +42,12 @@ struct RackTrackerParameters {
   double focal_sigma = 5;   ///< px, > 0: standard deviation of the calibrated focal length
   double centre_sigma = 5;  ///< px, > 0: and of each coordinate of the centre
 
+  /// s from the exposure of one row to that of the next below, 0..1e-3: of a rolling shutter, from
+  /// the sensor's data sheet (line time) or its readout time over the rows; 0: global shutter.
+  /// Features are corrected by the estimated velocity to the middle row, whose pose is the result:
+  /// see RowMotion.
+  double row_time = 0;
+
   double longest_gap = 0.5;      ///< s, > 0: a longer gap of the stamps ends the track
   double lost_below = 0.35;      ///< quality below which the track is declared lost, 0..1
   double start_range_m = 0.10;   ///< m, > 0: largest error of a pose given to `set_pose` ...
@@ -131,7 +137,8 @@ class RackTracker {
   /// pose or the covariance is not finite or the covariance not positive definite.
   bool set_pose(const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
 
-  /// One image, taken at `stamp` (s, any epoch). Never throws for any image or stamp.
+  /// One image, taken at `stamp` (s, any epoch; with a row time that of its middle row, or always
+  /// the same time before or after it). Never throws for any image or stamp.
   [[nodiscard]] RackTrackerResult track(const ImageView& image, double stamp,
                                         const std::optional<MotionPrediction>& motion = {});
 

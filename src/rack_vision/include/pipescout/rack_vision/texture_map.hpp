@@ -13,6 +13,7 @@
 #include "pipescout/rack_vision/patch_alignment.hpp"
 #include "pipescout/rack_vision/pose_solver.hpp"
 #include "pipescout/rack_vision/rack_model.hpp"
+#include "pipescout/rack_vision/row_motion.hpp"
 #include "pipescout/rack_vision/surface_points.hpp"
 
 /// The texture of the pipes as a map of points (Lippiello and Cacace, section III, "Texture
@@ -60,7 +61,8 @@ struct MatchedPoint {
   std::uint32_t point = 0;  ///< of the map; valid until the map grows
   bool proven = false;      ///< matched in most earlier images, and in several
   bool found = false;
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();      ///< ideal
+  /// Ideal; with a rolling shutter, where the middle row would have seen it.
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Vector2d predicted = Eigen::Vector2d::Zero();  ///< of the image, distorted
   double sigma = 0;                                     ///< px
   double correlation = 0;                               ///< -1..1
@@ -107,6 +109,10 @@ class TextureMap {
   /// Sets the noise of the images that come next; none before.
   void set_noise(const ImageNoise& noise) noexcept { noise_ = noise; }
 
+  /// Sets the motion during the images that come next; a global shutter before. Views are those of
+  /// the middle row.
+  void set_row_motion(const RowMotion& rows) noexcept { row_motion_ = rows; }
+
   [[nodiscard]] std::size_t size() const noexcept { return points_.size(); }
   void clear() noexcept;
 
@@ -149,6 +155,16 @@ class TextureMap {
 
   [[nodiscard]] std::optional<Projection> project(const Point& point,
                                                   const UncertainView& view) const noexcept;
+  /// Derivative of the pixel with respect to the motion of the camera.
+  [[nodiscard]] static Eigen::Matrix<double, 2, 6> by_motion(const Projection& projection) noexcept;
+  /// The view when a row of the image is exposed.
+  [[nodiscard]] UncertainView view_of_row(const UncertainView& view, double row) const;
+  /// Moves the pixel of a match to where the middle row would have seen it, and widens its sigma by
+  /// what the velocity is uncertain by. `row`: in which it was seen.
+  void correct_for_row(const Point& point, const UncertainView& view, double row,
+                       const Projection& projection, MatchedPoint& match) const;
+  /// Covariance of that correction, px^2.
+  [[nodiscard]] Eigen::Matrix2d row_variance(const Projection& projection, double row) const;
   [[nodiscard]] Eigen::Vector3d around(const Point& point) const noexcept;
   /// Variance of a point's position due to the error of the pose, m^2. `middle`: effect on the
   /// middle of the view along y.
@@ -177,6 +193,7 @@ class TextureMap {
   geometry::Camera camera_;
   TextureMapParameters parameters_;
   ImageNoise noise_;
+  RowMotion row_motion_;
   std::vector<Point> points_;
   std::vector<Choice> choices_;
   std::vector<std::uint8_t> occupied_;  ///< per cell

@@ -86,6 +86,7 @@ class RackLocalizer final : public Component {
   Parameter<bool> estimate_intrinsics_;
   Parameter<double> focal_length_deviation_;
   Parameter<double> centre_deviation_;
+  Parameter<double> row_time_;
   Parameter<double> acceleration_;
   Parameter<double> angular_acceleration_;
   std::optional<CameraMountParameters> mount_parameters_;
