@@ -229,6 +229,19 @@ TEST_F(LeakInspectorRackTest, APipeThatCrossesAndHidesAHotSpotDoesNotClearIt) {
   EXPECT_LT(error_of(spot), 0.06);
 }
 
+TEST_F(LeakInspectorRackTest, FindsHotSpotsOfThePipeThatCrossesTheOthers) {
+  // Over the gap between the first two pipes, and over the third.
+  const std::vector<HotSpot> spots{
+      {.pipe = 4, .along = 4.5, .azimuth = 0.3, .length = 0.3, .half_angle = 0.7, .rise = 15},
+      {.pipe = 4, .along = 5.4, .length = 0.5, .half_angle = 3.14, .rise = 10}};
+  start(spots);
+  fly(5.2, 7.8);
+  EXPECT_EQ(findings().size(), spots.size());
+  for (const HotSpot& spot : spots) {
+    EXPECT_LT(error_of(spot), 0.06) << "at " << spot.along;
+  }
+}
+
 TEST_F(LeakInspectorRackTest, OffsetsOfThePipesMoveTheFindings) {
   offsets_ = {0, 0, 0.06, 0.08, 0};
   true_rack_ = rack(offsets_);
