@@ -27,22 +27,19 @@ bool nearby(const PlaceEstimate& place, const Bearing& bearing, double gate) {
 }
 
 /// On the surface of a line with a radius, instead of inside of it. Rays that meet there are those
-/// of a pipe that is warm all round, of which each image shows another side. `ray`: on the axis, a
-/// point is moved against it.
+/// of a pipe that is warm all round, of which each image shows another side: the one that `ray`
+/// shows is taken, against which the point is moved.
 Eigen::Vector3d out_of(const PipeLine& line, const Eigen::Vector3d& point,
                        const Eigen::Vector3d& ray) {
-  constexpr double kOnAxis = 0.25;  // of the radius: the direction from there is one of errors
   const Eigen::Vector3d along = (line.to - line.from).normalized();
-  const Eigen::Vector3d on_axis = line.from + along * along.dot(point - line.from);
-  const double off = (point - on_axis).norm();
-  if (off >= line.radius) {
+  const Eigen::Vector3d from_axis = point - line.from - along * along.dot(point - line.from);
+  const double inside = line.radius * line.radius - from_axis.squaredNorm();
+  if (inside <= 0) {
     return point;
   }
-  Eigen::Vector3d outwards = point - on_axis;
-  if (off <= kOnAxis * line.radius) {
-    outwards = along * along.dot(ray) - ray;
-  }
-  return on_axis + line.radius * outwards.normalized();
+  const Eigen::Vector3d back = (along * along.dot(ray) - ray).normalized();
+  const double ahead = from_axis.dot(back);
+  return point + (std::sqrt(ahead * ahead + inside) - ahead) * back;
 }
 
 double view_score(const Observation& o, const geometry::Camera& camera) {
