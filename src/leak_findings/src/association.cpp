@@ -8,8 +8,6 @@
 namespace pipescout::leak_findings {
 namespace {
 
-/// As `kNextStep`, while it is not known how it moved.
-constexpr double kFirstStep = 0.1;
 /// Detections that count before something is raised: what mirrors or shines stays as long as a
 /// leak, and then only where it is tells them apart.
 constexpr double kMostPersistence = 3.25;

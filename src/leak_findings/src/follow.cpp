@@ -26,6 +26,22 @@ bool nearby(const PlaceEstimate& place, const Bearing& bearing, double gate) {
   return off.offset.x() * off.offset.x() <= gate * gate * off.covariance(0, 0);
 }
 
+/// On the surface of a line with a radius, instead of inside of it. Rays that meet there are those
+/// of a pipe that is warm all round, of which each image shows another side: the one that `ray`
+/// shows is taken, against which the point is moved.
+Eigen::Vector3d out_of(const PipeLine& line, const Eigen::Vector3d& point,
+                       const Eigen::Vector3d& ray) {
+  const Eigen::Vector3d along = (line.to - line.from).normalized();
+  const Eigen::Vector3d from_axis = point - line.from - along * along.dot(point - line.from);
+  const double inside = line.radius * line.radius - from_axis.squaredNorm();
+  if (inside <= 0) {
+    return point;
+  }
+  const Eigen::Vector3d back = (along * along.dot(ray) - ray).normalized();
+  const double ahead = from_axis.dot(back);
+  return point + (std::sqrt(ahead * ahead + inside) - ahead) * back;
+}
+
 double view_score(const Observation& o, const geometry::Camera& camera) {
   const double width = camera.parameters().width;
   const double height = camera.parameters().height;
@@ -59,6 +75,7 @@ void Follow::add(const Frame& frame, const Observation& o, const geometry::Camer
     has_velocity_ = true;
   }
   pixel_ = o.centre();
+  next_eye.reset();
   if (finding.frames == 0) {
     finding.first_time = frame.time;
   }
@@ -233,6 +250,11 @@ void Follow::place_finding(PassSummary& pass, const LeakFindingsParameters& p) {
   }
   pass.position = here;
   finding.position = past_ ? fuse(*past_, here) : here;
+  if (pass_.line >= 0) {
+    const PipeLine& line = p.lines[static_cast<std::size_t>(pass_.line)];
+    pass.position->point = out_of(line, pass.position->point, pass_.ray);
+    finding.position->point = out_of(line, finding.position->point, pass_.ray);
+  }
 }
 
 /// Least squares over the passes, each by how well it knows.
@@ -273,6 +295,9 @@ void Follow::absorb(const Follow& other, const LeakFindingsParameters& p) {
     // The other's pass becomes this one's.
     begin_pass(other.finding.first_time, p);
     frames_ = other.frames_;
+    pass_ = other.pass_;
+  } else if (pass_.place.empty()) {
+    frames_ += other.frames_;
     pass_ = other.pass_;
   }
   pixel_ = other.pixel_;

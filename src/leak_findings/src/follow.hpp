@@ -66,6 +66,9 @@ class Follow {
   double event_time = -std::numeric_limits<double>::infinity();  ///< of the latest event
   bool news = false;                                             ///< something has changed since
   bool taken = false;  ///< has an observation in this frame
+  /// Of the first frame with a pose since it was seen, while it has no place; and when that was.
+  std::optional<Eye> next_eye{};
+  double next_eye_time = 0;
 
   /// Whether a pass goes on at that time.
   [[nodiscard]] bool in_pass(double time, const LeakFindingsParameters& p) const {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "leak_findings_implementation.hpp"
+#include "pipe_strips.hpp"
 #include "pipescout/validation/check.hpp"
 
 namespace pipescout::leak_findings {
@@ -99,6 +100,9 @@ void LeakFindings::Implementation::update(const Frame& frame,
   learn_sound_pipe(frame.time, detections);
   counters.off_lines += observer.observe(frame.time, eye, detections, observations);
   assign(frame, eye);
+  if (eye) {
+    keep_next_eye(frame, *eye);
+  }
   const double gain = std::log((1 - p.detection_probability) / (1 - p.clutter_probability));
   const auto look = [&](Follow& follow) {
     // A leak that this pass has shown is not gone within it: what hides it now, where it is looked
@@ -113,6 +117,45 @@ void LeakFindings::Implementation::update(const Frame& frame,
   std::for_each(followed.begin(), followed.end(), look);
   std::for_each(candidates.begin(), candidates.end(), look);
   judge(frame);
+}
+
+void LeakFindings::Implementation::keep_next_eye(const Frame& frame, const Eye& eye) {
+  for (std::vector<Follow>* all : {&followed, &candidates}) {
+    for (Follow& follow : *all) {
+      if (follow.place().empty() && !follow.finding.position && !follow.next_eye) {
+        follow.next_eye = eye;
+        follow.next_eye_time = frame.time;
+      }
+    }
+  }
+}
+
+/// Whether what was seen without a pose is a leak that was seen later, with one: that leak was
+/// there in the image, as the first pose soon after tells.
+bool LeakFindings::Implementation::seen_before_its_place(const Follow& placed,
+                                                         const Follow& without) const {
+  if (!placed.finding.position || without.finding.position || !without.next_eye ||
+      without.next_eye_time - without.finding.last_time > kPictureMemory ||
+      placed.finding.first_time <= without.finding.last_time) {
+    return false;
+  }
+  const MapPosition& position = *placed.finding.position;
+  const double length = std::isfinite(placed.finding.length) ? placed.finding.length : 0;
+  const geometry::SE3 T_camera_map = without.next_eye->T_map_camera.inverse();
+  const auto end = [&](double side) {
+    return camera.project(T_camera_map *
+                          (position.point + 0.5 * side * length * position.direction));
+  };
+  const auto one = end(-1);
+  const auto other = end(1);
+  if (!one || !other) {
+    return false;
+  }
+  const Eigen::Vector2d pixel = without.pixel_at(without.next_eye_time);
+  const Eigen::Vector2d along = *other - *one;
+  const double squared = along.squaredNorm();
+  const double share = squared > 0 ? std::clamp(along.dot(pixel - *one) / squared, 0.0, 1.0) : 0.0;
+  return (*one + share * along - pixel).norm() <= kFirstStep * camera.parameters().width;
 }
 
 /// Whether two are one leak in two pieces: what was seen of them touches, and they are as far away.
@@ -157,13 +200,14 @@ bool LeakFindings::Implementation::awaits_place(const Follow& candidate, double 
 }
 
 /// Whether a candidate without a place is not seen in this picture, but a finding where it would
-/// be.
+/// be, or is a finding that was seen later.
 bool LeakFindings::Implementation::is_known(const Follow& candidate, double time) const {
   const Eigen::Vector2d pixel = candidate.pixel_at(time);
   const double reach = kNextStep * camera.parameters().width;
   return candidate.place().empty() && !candidate.taken &&
          std::any_of(followed.begin(), followed.end(), [&](const Follow& follow) {
-           return follow.taken && (follow.pixel() - pixel).norm() <= reach;
+           return (follow.taken && (follow.pixel() - pixel).norm() <= reach) ||
+                  seen_before_its_place(follow, candidate);
          });
 }
 
@@ -208,7 +252,8 @@ void LeakFindings::Implementation::judge(const Frame& frame) {
 void LeakFindings::Implementation::raise(Follow& candidate, const Frame& frame) {
   std::size_t which = followed.size();
   for (std::size_t i = 0; i < followed.size() && which == followed.size(); ++i) {
-    if (same_leak(candidate, followed[i], frame.time)) {
+    if (same_leak(candidate, followed[i], frame.time) ||
+        (followed[i].in_pass(frame.time, p) && seen_before_its_place(candidate, followed[i]))) {
       which = i;
       followed[i].absorb(candidate, p);
       followed[i].taken = true;
@@ -286,6 +331,7 @@ thermal::FrameConditions LeakFindings::Implementation::conditions(const Frame& f
       nearest = ahead > 0 ? std::min(nearest, ahead) : nearest;
     }
     told.metres_per_pixel = std::isfinite(nearest) ? nearest / focal : 0;
+    told.strips = pipe_strips(p.lines, camera, T_map_camera);
   }
   return told;
 }

@@ -21,6 +21,8 @@ inline constexpr double kPictureMemory = 1.0;
 /// Share of the picture's width that a leak is from where it would be if it moved on as it did, at
 /// most.
 inline constexpr double kNextStep = 0.04;
+/// The same, while it is not known how it moved.
+inline constexpr double kFirstStep = 0.1;
 
 [[nodiscard]] inline double logit(double p) {
   return std::log(p / (1 - p));
@@ -72,6 +74,8 @@ struct LeakFindings::Implementation {
   [[nodiscard]] bool awaits_place(const Follow& candidate, double time) const;
   [[nodiscard]] bool is_known(const Follow& candidate, double time) const;
   void raise(Follow& candidate, const Frame& frame);
+  void keep_next_eye(const Frame& frame, const Eye& eye);
+  [[nodiscard]] bool seen_before_its_place(const Follow& placed, const Follow& without) const;
   [[nodiscard]] bool same_leak(const Follow& a, const Follow& b, double time) const;
   void tell(Follow& follow, EventKind kind, double time);
   void learn_sound_pipe(double time, const thermal::Detections& detections);

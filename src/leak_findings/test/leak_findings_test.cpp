@@ -16,6 +16,7 @@ namespace {
 using test::count;
 using test::Drive;
 using test::drive;
+using test::Told;
 
 double squared_distance(const MapPosition& position, const Eigen::Vector3d& truth) {
   const Eigen::Vector3d error = position.point - truth;
@@ -117,6 +118,48 @@ TEST(LeakFindings, ALeakOfAPipeWithARadiusIsOnItsSurface) {
   EXPECT_NEAR((point - Drive::on_pipe(10) - away).tail<2>().norm(), 0.4, 0.05);
   EXPECT_LT(point.y(), Drive::kRange) << "on the side of the robot";
   EXPECT_THROW(findings.set_lines({}), std::invalid_argument);
+}
+
+/// From either side of a pipe across the way the ray through the middle of its warmth goes through
+/// its axis.
+TEST(LeakFindings, APipeThatIsWarmAllRoundLeaksOnItsSurface) {
+  constexpr double kRadius = 0.2;
+  const Eigen::Vector3d middle(10, Drive::kRange, Drive::kHeight);
+  const PipeLine line{.from = middle - 3 * Eigen::Vector3d::UnitZ(),
+                      .to = middle + 3 * Eigen::Vector3d::UnitZ(),
+                      .radius = kRadius};
+  LeakFindingsParameters p = Drive::parameters();
+  p.range_source = RangeSource::kLine;
+  p.lines = {line};
+  LeakFindings findings(p, Drive::camera());
+  Drive world;
+  for (int i = 0; i < 90; ++i) {
+    const double x = 8 + 0.044 * i;
+    const Frame frame = world.frame(0.04 * i, x);
+    const geometry::SE3 T_camera_map = (frame.pose->T_map_base * p.T_base_camera).inverse();
+    const auto pixel = [&](double along) {
+      return *Drive::camera().project(T_camera_map * (middle + along * Eigen::Vector3d::UnitZ()));
+    };
+    thermal::Detections d;
+    d.width = 320;
+    d.height = 240;
+    thermal::PipeSection pipe;
+    pipe.start = pixel(-1);
+    pipe.end = pixel(1);
+    pipe.half_width = 14;
+    thermal::LeakDetection leak;
+    leak.start = pixel(-0.3);
+    leak.end = pixel(0.3);
+    leak.delta = leak.peak_delta = 20;
+    d.pipes.push_back(pipe);
+    d.leaks.push_back(leak);
+    findings.update(frame, d);
+  }
+  ASSERT_EQ(findings.findings().size(), 1U);
+  const Eigen::Vector3d off = findings.findings()[0].position.value().point - middle;
+  EXPECT_NEAR(off.head<2>().norm(), kRadius, 0.02);
+  EXPECT_LT(off.y(), 0) << "on the side of the robot";
+  EXPECT_NEAR(off.z(), 0, 0.05);
 }
 
 TEST(RangeSource, IsKnownByItsName) {
@@ -433,6 +476,55 @@ TEST(LeakFindings, ALeakThatIsGoneBeforePosesComeBackIsRaisedAllTheSame) {
   });
   ASSERT_EQ(findings.findings().size(), 1U);
   EXPECT_FALSE(findings.findings()[0].position);
+}
+
+/// Stands before a leak. Poses begin in the frame `first_pose`; the leak is seen until frame 8, and
+/// from frame 100 on at `later`.
+std::vector<Told> stand(LeakFindings& findings, double later, int first_pose) {
+  Drive world;
+  world.width_seen = 1;
+  std::vector<Told> told;
+  for (int i = 0; i < 150; ++i) {
+    world.spots.clear();
+    if (i < 8 || i >= 100) {
+      world.spots = {{i < 8 ? 10 : later, 0.3, 90}};
+    }
+    Frame frame = world.frame(0.04 * i, 10);
+    if (i < first_pose) {
+      frame.pose.reset();
+    }
+    for (const Event& event : findings.update(frame, world.look(10)).events) {
+      told.push_back({event, frame.time});
+    }
+  }
+  return told;
+}
+
+TEST(LeakFindings, ALeakThatIsRaisedBeforeItHasAPlaceIsTheOneThatIsSeenThereLater) {
+  for (const int first_pose : {8, 12, 30}) {
+    LeakFindings findings(Drive::parameters(), Drive::camera());
+    const auto told = stand(findings, 10.1, first_pose);
+    ASSERT_EQ(findings.findings().size(), 1U) << first_pose;
+    const Finding& f = findings.findings()[0];
+    EXPECT_EQ(count(told, EventKind::kRaised), 1U);
+    EXPECT_GE(count(told, EventKind::kUpdated), 1U);
+    ASSERT_TRUE(f.position) << first_pose;
+    EXPECT_LT((f.position->point - Drive::on_pipe(10.1)).norm(), 0.2);
+    EXPECT_GT(f.frames, 50U);
+    EXPECT_EQ(f.first_time, 0);
+  }
+}
+
+TEST(LeakFindings, AnotherLeakElsewhereIsNotTheOneWithoutAPlace) {
+  LeakFindings findings(Drive::parameters(), Drive::camera());
+  EXPECT_EQ(count(stand(findings, 11.2, 12), EventKind::kRaised), 2U);
+  ASSERT_EQ(findings.findings().size(), 2U);
+  EXPECT_FALSE(findings.findings()[0].position);
+  EXPECT_TRUE(findings.findings()[1].position);
+  // Too long after it no pose tells where it was.
+  LeakFindings late(Drive::parameters(), Drive::camera());
+  stand(late, 10.1, 60);
+  EXPECT_EQ(late.findings().size(), 2U);
 }
 
 /// Errors of the poses as large as they say, the same all along a pass: whatever the number of

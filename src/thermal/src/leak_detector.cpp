@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "apparent_width.hpp"
+#include "known_pipes.hpp"
 #include "straight_sections.hpp"
 #include "threshold_mask.hpp"
 
@@ -130,8 +131,10 @@ struct LeakDetector::Implementation {
   ThresholdMask threshold;
   MedialAxis axis;
   StraightSections straights;
+  KnownPipes known;
   ProfileAnalysis analysis;
   std::vector<std::uint8_t> pipe_shaped;
+  std::size_t unhidden = 0;        // samples of the latest section that no other known pipe hides
   bool differs_from_both = false;  // of the latest section: from what is on either side of it
   double contrast = 0;             // K, of the latest section, to the side that differs less
   std::vector<float> turned;       // the profile of a cold pipe with its sign changed
@@ -152,12 +155,26 @@ struct LeakDetector::Implementation {
   const Detections& detect(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
                            const FrameConditions& conditions);
   template <class Pixel>
-  void sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale, const PipeSection& pipe);
+  void search(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+              const FrameConditions& conditions);
+  // `known_axis`: of a known pipe; null for one that was searched for.
+  template <class Pixel>
+  void add(const ImageView<Pixel>& image, const Scale<Pixel>& scale, PipeSection pipe,
+           const KnownPipes::Axis* known_axis, const FrameConditions& conditions);
+  template <class Pixel>
+  void sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale, const PipeSection& pipe,
+              const KnownPipes::Axis* known_axis);
   template <class Pixel>
   [[nodiscard]] double across(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
-                              const PipeSection& pipe, const LeakDetection& leak) const;
+                              const PipeSection& pipe, const KnownPipes::Axis* known_axis,
+                              const LeakDetection& leak) const;
+  [[nodiscard]] double half_width_at(const PipeSection& pipe, const KnownPipes::Axis* known_axis,
+                                     const Eigen::Vector2d& point) const {
+    return known_axis == nullptr ? pipe.half_width : known.half_width(*known_axis, point);
+  }
   void extend(Eigen::Vector2d& end, const Eigen::Vector2d& direction, double half_width) const;
   [[nodiscard]] double visible_share(const PipeSection& pipe) const;
+  [[nodiscard]] double scale_of(const PipeSection& pipe, const FrameConditions& conditions) const;
   void analyse(PipeSection& pipe, const FrameConditions& conditions);
 };
 
@@ -177,13 +194,36 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
   if (d.fault != FrameFault::kNone) {
     return d;
   }
+  if (conditions.strips.empty()) {
+    search(image, scale, conditions);
+    return d;
+  }
+  known.set(conditions.strips, image.width, image.height);
+  for (const KnownPipes::Axis& known_axis : known.axes()) {
+    PipeSection pipe;
+    pipe.start = known_axis.start;
+    pipe.end = known_axis.end;
+    pipe.half_width = known_axis.half_width;
+    pipe.metres_per_pixel = known_axis.metres_per_pixel;
+    if (d.pipes.size() < parameters.max_pipes && 2 * pipe.half_width >= parameters.min_width) {
+      add(image, scale, pipe, &known_axis, conditions);
+    }
+  }
+  return d;
+}
+
+/// For the straight sections of what is above the threshold.
+template <class Pixel>
+void LeakDetector::Implementation::search(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                                          const FrameConditions& conditions) {
+  Detections& d = detections;
   const double shorter = std::min(image.width, image.height);
   const double longer = std::max(image.width, image.height);
   // A chord of a strip is longer than the strip is wide, by the root of 2 at most.
   if (!axis.find(threshold.mask(),
                  {parameters.min_width, std::sqrt(2.0) * parameters.max_width * shorter})) {
     d.fault = FrameFault::kCluttered;
-    return d;
+    return;
   }
   straights.find(
       axis, {parameters.straightness, parameters.max_gap * longer, parameters.min_length * longer,
@@ -200,26 +240,38 @@ const Detections& LeakDetector::Implementation::detect(const ImageView<Pixel>& i
     pipe.cut_along = s.cut;
     extend(pipe.start, -s.direction(), s.half_width());
     extend(pipe.end, s.direction(), s.half_width());
-    pipe.first_sample = d.profile.size();
-    sample(image, scale, pipe);
-    pipe.samples = d.profile.size() - pipe.first_sample;
-    pipe.visible = visible_share(pipe);
-    const bool stands_out = parameters.threshold_rule != ThresholdRule::kLocal || differs_from_both;
-    if (pipe.visible < parameters.min_visible || !stands_out) {
-      d.profile.resize(pipe.first_sample);
-      continue;
-    }
-    if (parameters.pipe_diameter > 0) {
-      pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
-    }
-    const std::size_t first_leak = d.leaks.size();
-    analyse(pipe, conditions);
-    for (std::size_t i = first_leak; i < d.leaks.size(); ++i) {
-      d.leaks[i].across = across(image, scale, pipe, d.leaks[i]);
-    }
-    d.pipes.push_back(pipe);
+    add(image, scale, pipe, nullptr, conditions);
   }
-  return d;
+}
+
+template <class Pixel>
+void LeakDetector::Implementation::add(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
+                                       PipeSection pipe, const KnownPipes::Axis* known_axis,
+                                       const FrameConditions& conditions) {
+  Detections& d = detections;
+  pipe.first_sample = d.profile.size();
+  sample(image, scale, pipe, known_axis);
+  pipe.samples = d.profile.size() - pipe.first_sample;
+  pipe.visible = visible_share(pipe);
+  const bool stands_out = known_axis != nullptr ||
+                          parameters.threshold_rule != ThresholdRule::kLocal || differs_from_both;
+  // How warm a pipe is, a short piece between others that hide it does not tell.
+  const bool long_enough =
+      known_axis == nullptr ||
+      static_cast<double>(unhidden) >= parameters.min_length * std::max(image.width, image.height);
+  if (pipe.visible < parameters.min_visible || !stands_out || !long_enough) {
+    d.profile.resize(pipe.first_sample);
+    return;
+  }
+  if (parameters.pipe_diameter > 0) {
+    pipe.width = apparent_width(image, scale, pipe, pipe_shaped, parameters.polarity);
+  }
+  const std::size_t first_leak = d.leaks.size();
+  analyse(pipe, conditions);
+  for (std::size_t i = first_leak; i < d.leaks.size(); ++i) {
+    d.leaks[i].across = across(image, scale, pipe, known_axis, d.leaks[i]);
+  }
+  d.pipes.push_back(pipe);
 }
 
 /// Where the border cuts a pipe at an angle, or another pipe crosses, no chord is whole; the axis
@@ -245,31 +297,37 @@ void LeakDetector::Implementation::extend(Eigen::Vector2d& end, const Eigen::Vec
 
 /// Appends the temperatures along the axis, one a pixel, at the middle of sample i, and fills
 /// `pipe_shaped`: set within the edges, and not as warm outside of them, where a post before the
-/// pipe or a body behind it would be. Tells `differs_from_both` too.
+/// pipe or a body behind it would be. Tells `unhidden` and `differs_from_both` too.
 template <class Pixel>
 void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const Scale<Pixel>& scale,
-                                          const PipeSection& pipe) {
+                                          const PipeSection& pipe,
+                                          const KnownPipes::Axis* known_axis) {
   const BitMask& mask = threshold.mask();
   const Eigen::Vector2d direction = (pipe.end - pipe.start).normalized();
   const Eigen::Vector2d normal(-direction.y(), direction.x());
   const int samples = static_cast<int>(std::floor(pipe.length())) + 1;
-  const double reach = parameters.profile_width * pipe.half_width;
-  const int across = std::clamp(2 * static_cast<int>(std::lround(reach)) + 1, 3, kMostAcross);
-  const double step = 2 * reach / (across - 1);
-  const Eigen::Vector2d inside = 0.6 * pipe.half_width * normal;
-  const Eigen::Vector2d outside = (1.6 * pipe.half_width + 2) * normal;
   const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   pipe_shaped.clear();
+  unhidden = 0;
   std::array<SideContrast, 2> sides;
   std::array<float, kMostAcross> values{};
   for (int i = 0; i < samples; ++i) {
     const Eigen::Vector2d middle = pipe.start + i * direction;
+    const double half_width = half_width_at(pipe, known_axis, middle);
+    const double reach = parameters.profile_width * half_width;
+    const int across = std::clamp(2 * static_cast<int>(std::lround(reach)) + 1, 3, kMostAcross);
+    const double step = 2 * reach / (across - 1);
     int seen = 0;
+    int below = 0;
     int hidden = 0;
     for (int k = 0; k < across; ++k) {
       const Eigen::Vector2d point = middle + (k * step - reach) * normal;
-      if (!set_at(mask, point)) {
+      if (known_axis != nullptr && known.hidden(*known_axis, point)) {
         ++hidden;
+        continue;
+      }
+      if (!set_at(mask, point)) {
+        ++below;
         continue;
       }
       const float value = temperature_at(image, scale, point);
@@ -277,18 +335,24 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
         values[static_cast<std::size_t>(seen++)] = value;
       }
     }
-    detections.profile.push_back(2 * hidden > across || seen == 0
+    unhidden += 2 * hidden > across ? 0U : 1U;
+    detections.profile.push_back(2 * (below + hidden) > across || seen == 0
                                      ? std::numeric_limits<float>::quiet_NaN()
                                      : trimmed_mean(values, seen));
     const double here = detections.profile.back();
     // Warmth counts from the threshold; where that varies, all that is set is as warm.
     const double own = sign * (here - threshold.threshold());
+    const Eigen::Vector2d inside = 0.6 * half_width * normal;
+    const Eigen::Vector2d outside = (1.6 * half_width + 2) * normal;
     bool flanked = false;
     for (std::size_t side = 0; side < 2; ++side) {
       const Eigen::Vector2d beyond = middle + (side == 0 ? -1.0 : 1.0) * outside;
+      if (known_axis != nullptr && known.on_another(*known_axis, beyond)) {
+        continue;
+      }
       const double there = temperature_at(image, scale, beyond);
       sides[side].add(sign * (here - there));
-      flanked |= connected(mask, middle, beyond, pipe.half_width) &&
+      flanked |= connected(mask, middle, beyond, half_width) &&
                  !(sign * (there - threshold.threshold()) < kSameBody * own);
     }
     const bool shaped =
@@ -307,11 +371,12 @@ void LeakDetector::Implementation::sample(const ImageView<Pixel>& image, const S
 template <class Pixel>
 double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
                                             const Scale<Pixel>& scale, const PipeSection& pipe,
+                                            const KnownPipes::Axis* known_axis,
                                             const LeakDetection& leak) const {
   const Eigen::Vector2d direction = (pipe.end - pipe.start).normalized();
   const Eigen::Vector2d normal(-direction.y(), direction.x());
   const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
-  const int reach = static_cast<int>(pipe.half_width);
+  const int reach = static_cast<int>(half_width_at(pipe, known_axis, leak.centre()));
   const int samples = static_cast<int>((leak.end - leak.start).norm()) + 1;
   // Of the image: `leak.delta` may be in kelvins of the pipe, or missing.
   const double half_rise = 0.5 * sign * (leak.stretch.mean - pipe.reference_temperature);
@@ -319,8 +384,11 @@ double LeakDetector::Implementation::across(const ImageView<Pixel>& image,
   int count = 0;
   for (int i = 0; i < samples; ++i) {
     for (int k = -reach; k <= reach; ++k) {
-      const double there =
-          temperature_at(image, scale, leak.start + (i + 0.5) * direction + k * normal);
+      const Eigen::Vector2d point = leak.start + (i + 0.5) * direction + k * normal;
+      if (known_axis != nullptr && known.hidden(*known_axis, point)) {
+        continue;
+      }
+      const double there = temperature_at(image, scale, point);
       if (sign * (there - pipe.reference_temperature) > half_rise) {
         sum += k;
         ++count;
@@ -336,18 +404,28 @@ double LeakDetector::Implementation::visible_share(const PipeSection& pipe) cons
   for (std::size_t i = 0; i < profile.size(); ++i) {
     seen += std::isfinite(profile[i]) && pipe_shaped[i] != 0 ? 1U : 0U;
   }
-  return static_cast<double>(seen) / static_cast<double>(profile.size());
+  return unhidden == 0 ? 0 : static_cast<double>(seen) / static_cast<double>(unhidden);
+}
+
+/// m per pixel: of its strips, of all pipes, or by its diameter; 0: unknown.
+double LeakDetector::Implementation::scale_of(const PipeSection& pipe,
+                                              const FrameConditions& conditions) const {
+  if (pipe.metres_per_pixel > 0) {
+    return pipe.metres_per_pixel;
+  }
+  if (conditions.metres_per_pixel > 0) {
+    return conditions.metres_per_pixel;
+  }
+  return parameters.pipe_diameter > 0 && !pipe.cut_along
+             ? parameters.pipe_diameter / pipe.best_width()
+             : 0;
 }
 
 void LeakDetector::Implementation::analyse(PipeSection& pipe, const FrameConditions& conditions) {
   Detections& d = detections;
   const double sign = parameters.polarity == Polarity::kHot ? 1 : -1;
   std::span<const float> profile = d.profile_of(pipe);
-  if (conditions.metres_per_pixel > 0) {
-    pipe.metres_per_pixel = conditions.metres_per_pixel;
-  } else if (parameters.pipe_diameter > 0 && !pipe.cut_along) {
-    pipe.metres_per_pixel = parameters.pipe_diameter / pipe.best_width();
-  }
+  pipe.metres_per_pixel = scale_of(pipe, conditions);
   if (sign < 0) {
     turned.resize(profile.size());
     std::transform(profile.begin(), profile.end(), turned.begin(), std::negate<>());

@@ -229,6 +229,27 @@ TEST_F(LeakInspectorRackTest, APipeThatCrossesAndHidesAHotSpotDoesNotClearIt) {
   EXPECT_LT(error_of(spot), 0.06);
 }
 
+TEST_F(LeakInspectorRackTest, FindsHotSpotsOfThePipeThatCrossesTheOthers) {
+  // Over the gap between the first two pipes, and over the third.
+  const std::vector<HotSpot> spots{
+      {.pipe = 4, .along = 4.5, .azimuth = 0.3, .length = 0.3, .half_angle = 0.7, .rise = 15},
+      {.pipe = 4, .along = 5.4, .length = 0.5, .half_angle = 3.14, .rise = 10}};
+  start(spots);
+  fly(5.2, 7.8);
+  const std::vector<LeakFinding> found = findings();
+  ASSERT_EQ(found.size(), spots.size());
+  EXPECT_LT(error_of(spots[0]), 0.06);
+  // Warm all round: it is on the side that was seen last.
+  const rack_vision::Pipe& pipe = true_rack_.pipes[4];
+  const Eigen::Vector3d middle = pipe.start + spots[1].along * pipe.direction;
+  const LeakFinding& all_round = found[0].position.x > found[1].position.x ? found[0] : found[1];
+  const Eigen::Vector3d off =
+      Eigen::Vector3d(all_round.position.x, all_round.position.y, all_round.position.z) - middle;
+  EXPECT_LT(std::abs(off.x()), 0.06);
+  EXPECT_NEAR(off.tail<2>().norm(), pipe.largest_radius(), 0.03);
+  EXPECT_GT(off.z(), 0);
+}
+
 TEST_F(LeakInspectorRackTest, OffsetsOfThePipesMoveTheFindings) {
   offsets_ = {0, 0, 0.06, 0.08, 0};
   true_rack_ = rack(offsets_);

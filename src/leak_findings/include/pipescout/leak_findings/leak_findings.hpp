@@ -178,8 +178,9 @@ class LeakFindings {
   /// Input of the detector for a frame, before `update` with its detections: the size of a pixel at
   /// the pipes, if `range_source` gives it (with a diameter the detector computes it per pipe:
   /// `thermal::LeakDetectorParameters::pipe_diameter`), and the temperature of the sound pipes of
-  /// this pass, with which a leak over the whole visible length is detected. Only the pose and the
-  /// time of `frame` are used.
+  /// this pass, with which a leak over the whole visible length is detected. In a rack, that is
+  /// when all lines have a radius, and with a pose: where each pipe is in the image. Only the pose
+  /// and the time of `frame` are used.
   [[nodiscard]] thermal::FrameConditions conditions(const Frame& frame) const;
 
   struct Counters {

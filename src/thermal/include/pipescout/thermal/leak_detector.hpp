@@ -127,6 +127,7 @@ enum class FrameFault : std::uint8_t {
 [[nodiscard]] std::string_view to_string(FrameFault fault) noexcept;
 
 /// A straight section of a pipe: its axis from `start` to `end`, including hidden parts in between.
+/// Of a known pipe, the axis and `half_width` are those of its strips, within the image.
 struct PipeSection {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
@@ -137,7 +138,8 @@ struct PipeSection {
   /// levels.
   double width = std::numeric_limits<double>::quiet_NaN();
   double deviation = 0;  ///< of the medial axis about the line, root mean square
-  double visible = 0;    ///< share of the length that is visible as a pipe
+  /// Share of the length that is visible as a pipe; of a known pipe, of what no other one hides.
+  double visible = 0;
   /// the border of the image cuts it lengthwise: the axis is that of the visible part
   bool cut_along = false;
   double metres_per_pixel = 0;       ///< 0: unknown
@@ -219,8 +221,21 @@ struct SoundPipe {
   }
 };
 
+/// Where a straight section of a pipe is in the image, from the geometry of the pipes and the pose
+/// of the camera. It need not be within the image.
+struct PipeStrip {
+  /// Which pipe. Strips of one pipe follow each other from its start, on one line.
+  std::size_t pipe = 0;
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< pixels, half-way between its two edges
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+  std::array<double, 2> half_width{};  ///< pixels, > 0, at start and end
+  std::array<double, 2> depth{};       ///< m, > 0, of its surface, at start and end
+  double metres_per_pixel = 0;         ///< along it, mean
+};
+
 struct FrameConditions {
-  double metres_per_pixel = 0;  ///< across the line of sight, at the pipes; 0: unknown
+  /// Across the line of sight, at the pipes; 0: unknown. Those of `strips` have their own.
+  double metres_per_pixel = 0;
   /// With it a pipe that leaks over its whole visible length is detected too. See
   /// `ProfileAnalysis::Conditions`.
   std::optional<SoundPipe> sound{};
@@ -234,6 +249,10 @@ struct FrameConditions {
   /// temperature of `sound` is not used, and no rise is told in kelvins: `delta` and `peak_delta`
   /// are NaN.
   bool levels = false;
+  /// All pipes in view, when they are known; empty: they are searched for. Each is compared with
+  /// itself along these strips, whatever is connected to it above the threshold. What lies in two
+  /// strips belongs to the pipe that is nearer to the camera: the other one is hidden there.
+  std::vector<PipeStrip> strips{};
 };
 
 /// Detects pipes and their leaks in frames, independently of each other.
@@ -241,7 +260,9 @@ struct FrameConditions {
 /// The axis consists of the middles of the chords of the pixels above the threshold, along columns
 /// or rows, whichever are shorter. On a strip with parallel edges in any direction, these are the
 /// points of the medial axis, computed in time proportional to the length of the edges and not to
-/// the area. Not thread-safe. No allocation after a few frames of one size.
+/// the area. Pipes that are known by `FrameConditions::strips` have their axes from there; a pipe
+/// that is not above the threshold where it should be is no pipe. Not thread-safe. No allocation
+/// after a few frames of one size.
 class LeakDetector {
  public:
   /// Throws as LeakDetectorParameters::validate.
