@@ -18,4 +18,7 @@ if command -v ccache >/dev/null; then
   export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros}
   # And without this it takes a precompiled header for one whose comments differ, which GCC then refuses.
   export CCACHE_COMMENTS=${CCACHE_COMMENTS:-true}
+  # Clones of the project find what another one compiled.
+  CCACHE_BASEDIR=${CCACHE_BASEDIR-$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)}
+  export CCACHE_BASEDIR
 fi
