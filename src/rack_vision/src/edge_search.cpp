@@ -272,7 +272,7 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     sample.candidates[static_cast<std::size_t>(place)] = {.pixel = Eigen::Vector2d::Zero(),
                                                           .distance = distance,
                                                           .contrast = contrast,
-                                                          .sigma = std::hypot(kStepSigma, by_noise),
+                                                          .sigma = std::hypot(kStepSigma / scale, by_noise),
                                                           .noise_sigma = by_noise};
   }
   const auto set_place = [&](EdgeCandidate& candidate, double distance) {
@@ -334,6 +334,7 @@ void EdgeSearch::search_sample(const ImageView& image, double range, bool round,
   if (middle && beside) {
     const Eigen::Vector2d direction = *beside - *middle;
     const double scale = direction.norm();
+    sample.ideal_per_pixel = 1 / scale;
     candidates_along(image, *middle, direction / scale, scale, range, round, look, sample);
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lens_scale.hpp"
 #include "pipescout/validation/check.hpp"
 #include "texture_corner.hpp"
 
@@ -276,7 +277,7 @@ std::optional<double> TextureMap::observations(const std::vector<MatchedPoint>& 
     observation.pipe = PointObservation::kOnNoPipe;
     observation.place = point.place;
     observation.pixel = match.pixel;
-    observation.sigma = match.sigma;
+    observation.sigma = match.sigma * ideal_per_pixel(camera_, match.pixel);
     observation.place_by_map_error = by_map_error(point);
     observation.place_covariance =
         (point.own_variance + shared_along) * along * along.transpose() +

@@ -155,7 +155,7 @@ int TextureMap::learn(const UncertainView& view, const std::vector<MatchedPoint>
       agrees = error.norm() < gate;
       if (agrees) {
         refine(point, view, middle, *projection, match, error);
-        point.seen = image_;
+        point.seen = last_seen_ = image_;
         ++agreed;
       }
     }
@@ -259,7 +259,7 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Mo
   point.along_variance = pose.along;
   point.around_variance = pose.around;
   point.found = 1;
-  point.seen = image_;
+  point.seen = last_seen_ = image_;
   make_room(view);
   if (points_.size() < static_cast<std::size_t>(parameters_.capacity)) {
     points_.push_back(point);
@@ -279,7 +279,7 @@ void TextureMap::make_room(const UncertainView& view) {
 
 void TextureMap::shift_seen(double along, double anchor_variance) {
   for (Point& point : points_) {
-    if (point.seen == image_ && anchored_by_y(point)) {
+    if (point.seen == last_seen_ && anchored_by_y(point)) {
       point.place.y() += along;
       point.anchor_variance = std::min(point.anchor_variance, anchor_variance);
     }
@@ -290,6 +290,7 @@ void TextureMap::clear() noexcept {
   points_.clear();
   std::ranges::fill(occupied_, std::uint8_t{0});
   image_ = 0;
+  last_seen_ = 0;
   next_cell_ = 0;
 }
 

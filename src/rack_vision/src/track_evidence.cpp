@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
+#include <vector>
 
+#include "lens_scale.hpp"
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
 #include "track_step.hpp"
@@ -15,6 +18,7 @@ namespace {
 constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
 constexpr double kSharp = 0.35;       // px, one deviation
 constexpr std::size_t kFewestPoints = 5;
+constexpr std::size_t kPointsForShift = 14;
 constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
 constexpr double kLeastOfAcross = 0.5;   // of what is looked for of them, found
 constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
@@ -32,8 +36,8 @@ double distance_from(const VisibleEdge& edge, const Eigen::Vector2d& pixel) {
 const EdgeCandidate* agreeing(const SearchedSample& sample, const VisibleEdge& edge) {
   const auto candidates =
       std::span(sample.candidates).first(static_cast<std::size_t>(sample.count));
-  const auto found = std::ranges::find_if(candidates, [&edge](const EdgeCandidate& candidate) {
-    return std::abs(distance_from(edge, candidate.pixel)) < kInlierGate;
+  const auto found = std::ranges::find_if(candidates, [&](const EdgeCandidate& candidate) {
+    return std::abs(distance_from(edge, candidate.pixel)) < kInlierGate * sample.ideal_per_pixel;
   });
   return found == candidates.end() ? nullptr : &*found;
 }
@@ -55,7 +59,8 @@ bool TrackStep::agrees(const PointObservation& point, const CameraView& seen,
   const double offset = point.pipe == PointObservation::kOnNoPipe ? 0.0 : offsets.mean[point.pipe];
   const Eigen::Vector3d place = point.place + offset * Eigen::Vector3d::UnitX();
   const Eigen::Vector3d pixel = seen.matrix * seen.R_camera_rack * (place - seen.centre);
-  return (pixel.hnormalized() - point.pixel).norm() < 2 * kInlierGate;
+  return (pixel.hnormalized() - point.pixel).norm() <
+         2 * kInlierGate * ideal_per_pixel(camera_, point.pixel);
 }
 
 bool TrackStep::points_agree() const {
@@ -124,7 +129,8 @@ double TrackStep::sharpness() const {
     ++searched;
     double nearest = kInlierGate;
     for (std::size_t i = 0; i < static_cast<std::size_t>(sample.count); ++i) {
-      nearest = std::min(nearest, std::abs(distance_from(*edge, sample.candidates[i].pixel)));
+      nearest = std::min(nearest, std::abs(distance_from(*edge, sample.candidates[i].pixel)) /
+                                      sample.ideal_per_pixel);
     }
     sum += nearest < kInlierGate ? std::exp(-0.5 * std::pow(nearest / kSharp, 2)) : 0.0;
   }
@@ -156,7 +162,38 @@ bool TrackStep::across_is_found() const {
   return found >= std::max<double>(kJudgedSamples, kLeastOfAcross * searched);
 }
 
-void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
+std::optional<double> TrackStep::shift_of_map(const ImageView& image,
+                                              const TrackBelief& belief) {
+  TrackBelief supported = belief;
+  supported.T_rack_camera = solution_.T_camera_rack.inverse();
+  supported.covariance = solution_.covariance;
+  surface_.update(model_, std::span(belief.offsets.mean).first(model_.pipes.size()));
+  map_.choose(view(supported), surface_, matches_);
+  map_.match(image, view(supported), 0, kPointsForShift, matches_);
+  (void)map_.observations(matches_, points_);
+  const CameraView seen(camera_, solution_.T_camera_rack);
+  std::vector<double>& shifts = shifts_;
+  shifts.clear();
+  for (const PointObservation& point : points_) {
+    const Eigen::Vector3d from_eye = seen.R_camera_rack * (point.place - seen.centre);
+    const Eigen::Vector3d expected = seen.matrix * from_eye;
+    const Eigen::Vector3d moved = seen.matrix * seen.R_camera_rack.col(kY);
+    const Eigen::Vector2d by_shift =
+        (moved.head<2>() - moved.z() * expected.hnormalized()) / expected.z();
+    shifts.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
+  }
+  points_.clear();
+  forget_matches();
+  if (shifts.size() < kFewestPoints) {
+    return std::nullopt;
+  }
+  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+  std::ranges::nth_element(shifts, middle);
+  return *middle;
+}
+
+void TrackStep::anchor_by_supports(const ImageView& image, TrackBelief& belief,
+                                   StepOutcome& outcome) {
   // In the middle of the view: there the other errors of the pose do not matter.
   const MotionRow middle = middle_by_motion(belief.T_rack_camera);
   const double said = (middle * solution_.covariance * middle.transpose()).value();
@@ -167,20 +204,23 @@ void TrackStep::anchor_by_supports(TrackBelief& belief, StepOutcome& outcome) {
       relative > belief.anchor_variance) {
     return;  // not better than what is known, or what is wrong is the prediction, not the map
   }
-  const double shift =
+  const auto is_improbable = [&](double shift) { return shift * shift > 9 * (believed + said); };
+  const double moved =
       middle.dot(pose_difference(belief.T_rack_camera, solution_.T_camera_rack.inverse()));
-  if (shift * shift > 9 * (believed + said)) {
-    return;  // those are the edges of another support
+  if (is_improbable(moved) || !across_is_found()) {
+    return;  // those are the edges of another support, or a few of something else
   }
-  if (!across_is_found()) {
-    return;  // a few edges of something else
+  // The camera may have moved otherwise than was predicted: points tell what is wrong with the map.
+  const double shift = shift_of_map(image, belief).value_or(moved);
+  if (is_improbable(shift)) {
+    return;
   }
   outcome.shift_along = shift;
-  belief.T_rack_camera = geometry::SE3(
-      belief.T_rack_camera.rotation(),
-      belief.T_rack_camera.translation() + outcome.shift_along * Eigen::Vector3d::UnitY());
+  belief.T_rack_camera =
+      geometry::SE3(belief.T_rack_camera.rotation(),
+                    belief.T_rack_camera.translation() + shift * Eigen::Vector3d::UnitY());
   belief.anchor_variance = reached;
-  map_.shift_seen(outcome.shift_along, reached);
+  map_.shift_seen(shift, reached);
 }
 
 std::optional<TrackStep::Intrinsics> TrackStep::find_intrinsics(const IntrinsicsBelief& before,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "lens_scale.hpp"
 #include "pipescout/linear_algebra/products.hpp"
 #include "pipescout/rack_vision/contour.hpp"
 
@@ -125,6 +126,7 @@ void TrackStep::reserve() {
   features_.reserve(samples);
   matches_.reserve(points);
   points_.reserve(points);
+  shifts_.reserve(points);
   solver_.reserve(pieces, samples, points);
   start_solver_.reserve(pieces, samples, points);
   solution_.edges.reserve(pieces);
@@ -220,7 +222,9 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
       ++skipped_;
       continue;  // it may be anywhere, and what looks like it is another one
     }
-    double range = range_of(edges_[i], normals_[i], belief) + least_range;
+    const Eigen::Vector2d middle = 0.5 * (edges_[i].image_start + edges_[i].image_end);
+    double range = range_of(edges_[i], normals_[i], belief) +
+                   least_range * ideal_per_pixel(camera_, middle, normals_[i]);
     EdgeMotion motion;
     if (rows_.is_rolling()) {
       motion = motion_of(edges_[i], normals_[i], belief.T_rack_camera);
@@ -245,15 +249,19 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     // What the profile does not say well is wrong for the whole of an edge: its shading, a shadow
     // or a stripe that runs along it.
     const EdgeCandidate& found = nearest(sample);
+    const double pixel = sample.ideal_per_pixel;
     if (feature.edge.kind == EdgeKind::kPipe) {
-      feature.sigma = std::hypot(parameters_.edge_sigma, found.sigma);
+      feature.sigma = std::hypot(pixel * parameters_.edge_sigma, found.sigma);
       // But noise is another one at the next sample.
       const double not_noise =
           std::max(0.0, found.sigma * found.sigma - found.noise_sigma * found.noise_sigma);
-      feature.bias_sigma = kBiasPerSigma * std::sqrt(not_noise);
+      // The solver adds the parameter's, as of a lens without distortion.
+      const double by_lens =
+          parameters_.edge_bias_sigma * std::sqrt(std::max(0.0, pixel * pixel - 1));
+      feature.bias_sigma = std::hypot(kBiasPerSigma * std::sqrt(not_noise), by_lens);
     } else {
-      feature.sigma = std::hypot(kSupportSigma * parameters_.edge_sigma, found.noise_sigma);
-      feature.bias_sigma = kSupportBias;
+      feature.sigma = std::hypot(pixel * kSupportSigma * parameters_.edge_sigma, found.noise_sigma);
+      feature.bias_sigma = pixel * kSupportBias;
     }
     if (rows_.is_rolling()) {
       feature.sigma = std::hypot(feature.sigma, sample.motion_sigma);
@@ -357,7 +365,7 @@ void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along
   TrackBelief guess = start;
   points_.clear();
   if (find_edges(image, start, along)) {
-    anchor_by_supports(start, outcome);
+    anchor_by_supports(image, start, outcome);
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
     guess.covariance = solution_.covariance;
     // Supports know y beside the anchor, the prediction relative to it.

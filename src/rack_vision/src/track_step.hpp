@@ -147,7 +147,10 @@ class TrackStep {
                 const OffsetBelief& offsets, bool with_points, PipeOffsets first_offsets = {});
   /// Whether the edges that run across the pipes are seen where the solved pose has them.
   [[nodiscard]] bool across_is_found() const;
-  void anchor_by_supports(TrackBelief& belief, StepOutcome& outcome);
+  void anchor_by_supports(const ImageView& image, TrackBelief& belief, StepOutcome& outcome);
+  /// How far along y the points of the map are seen from where the map has them, m, if the camera is
+  /// where `solution_` has it; nothing where too few are found.
+  std::optional<double> shift_of_map(const ImageView& image, const TrackBelief& belief);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
   /// Fills contours_ from the rendered edges: those that an error along y of three deviations moves
   /// by at most `farthest` px.
@@ -275,6 +278,7 @@ class TrackStep {
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;
+  std::vector<double> shifts_;  ///< m
   PoseSolution solution_;
   MapErrorBelief map_error_;  ///< before the image
   RowMotion rows_;            ///< of the image

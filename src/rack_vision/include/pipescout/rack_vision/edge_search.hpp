@@ -41,15 +41,17 @@ struct EdgeCandidate {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< ideal: as without distortion
   double distance = 0;                              ///< px along the normal, of the ideal image
   double contrast = 0;                              ///< grey levels: outside minus inside
-  double sigma = 0;                                 ///< px, of `distance`, noise included
-  double noise_sigma = 0;                           ///< px, what image noise makes of it
+  double sigma = 0;                                 ///< ideal px, of `distance`, noise included
+  double noise_sigma = 0;                           ///< ideal px, what image noise makes of it
 };
 
 struct SearchedSample {
   std::uint32_t edge = 0;  ///< index into the searched edges
   Eigen::Vector2d place;   ///< on the rendered edge, ideal pixel
   Eigen::Vector2d normal;  ///< unit vector, away from the pipe; supports: see `edge_normal`
-  bool searched = false;   ///< false: too near to the border of the image
+  /// Ideal px across the edge to a px of the image: 1 but for a lens with distortion.
+  double ideal_per_pixel = 1;
+  bool searched = false;  ///< false: too near to the border of the image
   /// px: of the candidates, from the velocity by which they are corrected for the time of their
   /// rows; common to all samples of an image.
   double motion_sigma = 0;

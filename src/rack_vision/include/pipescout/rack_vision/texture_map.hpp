@@ -100,7 +100,8 @@ class TextureMap {
   /// Corrects all points by their estimated common error: see MapErrorPrior.
   void correct(const geometry::Vector6d& map_error) noexcept;
 
-  /// Moves the points matched in the last image along y, and anchors them at least as well.
+  /// Moves the points seen in the last image that was learned from along y, and anchors them at
+  /// least as well.
   void shift_seen(double along, double anchor_variance);
 
   /// Sets a better calibration of the same camera: points keep their positions.
@@ -201,6 +202,7 @@ class TextureMap {
   int rows_ = 0;
   int next_cell_ = 0;
   std::uint64_t image_ = 0;
+  std::uint64_t last_seen_ = 0;  ///< the image in which points were seen last
 };
 
 }  // namespace pipescout::rack_vision
