@@ -269,11 +269,12 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
     scores[static_cast<std::size_t>(place)] = score;
     peaks[static_cast<std::size_t>(place)] = i;
     const double by_noise = place_noise_ * noise / std::abs(contrast) / scale;
-    sample.candidates[static_cast<std::size_t>(place)] = {.pixel = Eigen::Vector2d::Zero(),
-                                                          .distance = distance,
-                                                          .contrast = contrast,
-                                                          .sigma = std::hypot(kStepSigma / scale, by_noise),
-                                                          .noise_sigma = by_noise};
+    sample.candidates[static_cast<std::size_t>(place)] = {
+        .pixel = Eigen::Vector2d::Zero(),
+        .distance = distance,
+        .contrast = contrast,
+        .sigma = std::hypot(kStepSigma / scale, by_noise),
+        .noise_sigma = by_noise};
   }
   const auto set_place = [&](EdgeCandidate& candidate, double distance) {
     candidate.distance = distance;

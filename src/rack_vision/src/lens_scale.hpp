@@ -7,8 +7,8 @@
 
 namespace pipescout::rack_vision {
 
-/// Ideal px in this direction, a unit vector, to a px of the image: 1 for a lens without distortion,
-/// and where the ideal pixel is not seen.
+/// Ideal px in this direction, a unit vector, to a px of the image: 1 for a lens without
+/// distortion, and where the ideal pixel is not seen.
 [[nodiscard]] double ideal_per_pixel(const geometry::Camera& camera, const Eigen::Vector2d& ideal,
                                      const Eigen::Vector2d& direction);
 

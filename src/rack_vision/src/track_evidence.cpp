@@ -162,8 +162,7 @@ bool TrackStep::across_is_found() const {
   return found >= std::max<double>(kJudgedSamples, kLeastOfAcross * searched);
 }
 
-std::optional<double> TrackStep::shift_of_map(const ImageView& image,
-                                              const TrackBelief& belief) {
+std::optional<double> TrackStep::shift_of_map(const ImageView& image, const TrackBelief& belief) {
   TrackBelief supported = belief;
   supported.T_rack_camera = solution_.T_camera_rack.inverse();
   supported.covariance = solution_.covariance;

@@ -148,8 +148,8 @@ class TrackStep {
   /// Whether the edges that run across the pipes are seen where the solved pose has them.
   [[nodiscard]] bool across_is_found() const;
   void anchor_by_supports(const ImageView& image, TrackBelief& belief, StepOutcome& outcome);
-  /// How far along y the points of the map are seen from where the map has them, m, if the camera is
-  /// where `solution_` has it; nothing where too few are found.
+  /// How far along y the points of the map are seen from where the map has them, m, if the camera
+  /// is where `solution_` has it; nothing where too few are found.
   std::optional<double> shift_of_map(const ImageView& image, const TrackBelief& belief);
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
   /// Fills contours_ from the rendered edges: those that an error along y of three deviations moves

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Supports tell where along the pipes the map is, however the camera has moved since the last image.
+// Supports tell where along the pipes the map is, however the camera has moved since the last
+// image.
 #include <gtest/gtest.h>
 
 #include "drawn_rack.hpp"
@@ -16,7 +17,8 @@ TEST(MapAnchor, ASuddenTurnIsNotTakenForAnErrorOfTheMap) {
   const geometry::Camera camera = test::drawn_camera();
   const geometry::SE3 still = test::drawn_pose(0.85, 4.0, 2.6, 0.0);
   const geometry::SE3 said(still.rotation(), still.translation() + Eigen::Vector3d(0, 0.006, 0));
-  for (const double turn : {-0.010, -0.006, 0.006, 0.010}) {  // rad about x: 16 to 26 mm on the rack
+  for (const double turn :
+       {-0.010, -0.006, 0.006, 0.010}) {  // rad about x: 16 to 26 mm on the rack
     RackTracker tracker(model, camera);
     geometry::Vector6d deviations;
     deviations << 0.01, 0.01, 0.01, 0.005, 0.005, 0.005;
