@@ -32,7 +32,7 @@ void OffsetMemory::reset() {
   images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
-      set(i, 0, sigma_);
+      set(i, 0);
     }
   }
 }
@@ -51,21 +51,12 @@ bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
   return belief_.covariance(row, row) > 0;
 }
 
-void OffsetMemory::set(std::size_t pipe, double mean, double sigma) {
+void OffsetMemory::set(std::size_t pipe, double mean) {
   const auto row = static_cast<Eigen::Index>(pipe);
   belief_.mean[pipe] = mean;
   belief_.covariance.row(row).setZero();
   belief_.covariance.col(row).setZero();
-  belief_.covariance(row, row) = sigma * sigma;
-}
-
-void OffsetMemory::widen(double sigma) {
-  for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto pipe = static_cast<Eigen::Index>(i);
-    if (may_move(i) && belief_.covariance(pipe, pipe) < sigma * sigma) {
-      set(i, belief_.mean[i], sigma);
-    }
-  }
+  belief_.covariance(row, row) = sigma_ * sigma_;
 }
 
 void OffsetMemory::doubt() {
@@ -77,7 +68,7 @@ void OffsetMemory::doubt() {
 }
 
 void OffsetMemory::doubt(std::size_t pipe) {
-  set(pipe, belief_.mean[pipe], sigma_);
+  set(pipe, belief_.mean[pipe]);
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
