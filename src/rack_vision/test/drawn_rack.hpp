@@ -32,6 +32,13 @@ inline RackModel drawn_rack() {
   return model;
 }
 
+/// With a beam across it, whose ends a camera above its middle sees.
+inline RackModel rack_on_a_beam() {
+  RackModel model = drawn_rack();
+  model.supports.push_back({"beam", {-0.2, 3.9, -0.2}, {1.9, 4.1, 0}});
+  return model;
+}
+
 inline geometry::Camera drawn_camera() {
   geometry::CameraParameters parameters;
   parameters.width = 360;

@@ -12,8 +12,7 @@ namespace {
 constexpr double kInterval = 0.04;  // s
 
 TEST(MapAnchor, ASuddenTurnIsNotTakenForAnErrorOfTheMap) {
-  RackModel model = test::drawn_rack();
-  model.supports.push_back({"beam", {-0.2, 3.9, -0.2}, {1.9, 4.1, 0}});
+  const RackModel model = test::rack_on_a_beam();
   const geometry::Camera camera = test::drawn_camera();
   const geometry::SE3 still = test::drawn_pose(0.85, 4.0, 2.6, 0.0);
   const geometry::SE3 said(still.rotation(), still.translation() + Eigen::Vector3d(0, 0.006, 0));

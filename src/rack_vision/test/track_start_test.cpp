@@ -13,17 +13,10 @@ namespace {
 using test::draw;
 using test::drawn_camera;
 using test::drawn_pose;
-using test::drawn_rack;
 using test::DrawnImage;
+using test::rack_on_a_beam;
 
 constexpr double kHeight = 2.6;  // m
-
-/// With a beam across the view whose ends are in it.
-RackModel rack_on_a_beam() {
-  RackModel model = drawn_rack();
-  model.supports.push_back({"beam", {-0.2, 3.9, -0.2}, {1.9, 4.1, 0}});
-  return model;
-}
 
 geometry::SE3 camera_pose() {
   return drawn_pose(0.85, 4.0, kHeight, 0.0);
