@@ -32,7 +32,7 @@ void OffsetMemory::reset() {
   images_in_doubt_ = {};
   for (std::size_t i = 0; i < pipes_; ++i) {
     if (movable_[i]) {
-      set(i, 0);
+      set(i, 0, sigma_);
     }
   }
 }
@@ -51,12 +51,21 @@ bool OffsetMemory::may_move(std::size_t pipe) const noexcept {
   return belief_.covariance(row, row) > 0;
 }
 
-void OffsetMemory::set(std::size_t pipe, double mean) {
+void OffsetMemory::set(std::size_t pipe, double mean, double sigma) {
   const auto row = static_cast<Eigen::Index>(pipe);
   belief_.mean[pipe] = mean;
   belief_.covariance.row(row).setZero();
   belief_.covariance.col(row).setZero();
-  belief_.covariance(row, row) = sigma_ * sigma_;
+  belief_.covariance(row, row) = sigma * sigma;
+}
+
+void OffsetMemory::widen(double sigma) {
+  for (std::size_t i = 0; i < pipes_; ++i) {
+    const auto pipe = static_cast<Eigen::Index>(i);
+    if (may_move(i) && belief_.covariance(pipe, pipe) < sigma * sigma) {
+      set(i, belief_.mean[i], sigma);
+    }
+  }
 }
 
 void OffsetMemory::doubt() {
@@ -68,7 +77,7 @@ void OffsetMemory::doubt() {
 }
 
 void OffsetMemory::doubt(std::size_t pipe) {
-  set(pipe, belief_.mean[pipe]);
+  set(pipe, belief_.mean[pipe], sigma_);
 }
 
 bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {

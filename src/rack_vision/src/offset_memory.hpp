@@ -31,6 +31,9 @@ class OffsetMemory {
   /// are by `doubt`.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
+  /// The model knows the offsets no better than by `sigma`, m.
+  void widen(double sigma);
+
   /// The pipes may lie anywhere about where they are believed, as far as the model leaves it open.
   void doubt();
 
@@ -39,8 +42,8 @@ class OffsetMemory {
  private:
   [[nodiscard]] bool may_move(std::size_t pipe) const noexcept;
   void doubt(std::size_t pipe);
-  /// At `mean`, m, as well as the model knows it.
-  void set(std::size_t pipe, double mean);
+  /// At `mean`, m, with this deviation, and unrelated to the others.
+  void set(std::size_t pipe, double mean, double sigma);
   /// Returns whether the image shows where the pipe is.
   bool judge(std::size_t pipe, const PipeSupport& support);
 

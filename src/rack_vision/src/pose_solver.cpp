@@ -49,7 +49,8 @@ bool is_finite(const geometry::SE3& pose) {
 
 bool is_sound(const PoseProblem& problem) {
   if (!is_finite(problem.T_camera_rack) || !is_covariance(problem.offsets.covariance) ||
-      !std::ranges::all_of(problem.offsets.mean, [](double x) { return std::isfinite(x); })) {
+      !std::ranges::all_of(problem.offsets.mean, [](double x) { return std::isfinite(x); }) ||
+      !std::ranges::all_of(problem.first_offsets, [](double x) { return std::isfinite(x); })) {
     return false;
   }
   if (problem.pose_prior && !(is_finite(problem.pose_prior->T_camera_rack) &&
@@ -169,6 +170,8 @@ Weighting PoseSolver::Implementation::final_weighting(const ResidualScales& scal
 void PoseSolver::Implementation::start(const PoseProblem& problem) {
   state_.T_camera_rack = problem.T_camera_rack;
   state_.offsets = problem.offsets.mean;
+  std::ranges::copy(problem.first_offsets.first(std::min(kMaxPipes, problem.first_offsets.size())),
+                    state_.offsets.begin());
   layout_ = {};
   for (std::size_t i = 0; i < kMaxPipes; ++i) {
     const bool free =

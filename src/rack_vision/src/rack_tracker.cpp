@@ -260,6 +260,9 @@ class RackTracker::Implementation {
     if (step_.map_points() == 0) {
       pose_.begin_map();
     }
+    if (outcome_.misplaced_by > 0) {
+      offsets_.widen(outcome_.misplaced_by);
+    }
     if (starting_) {
       covariance_at_start_ = pose_.covariance();
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);

@@ -43,10 +43,13 @@ constexpr std::array kAside{-14.0, -7.0, 7.0, 14.0};
 // is beside it, and then the scale is wrong.
 constexpr std::array kAtBorders{-7.0, -3.5, 3.5, 7.0};
 constexpr int kMostMovesAside = 3;
-constexpr double kClearlyBetterAside = 1;   // log-likelihood
-constexpr double kAlikeAtStart = 8;         // images
-constexpr double kLeastOfReference = 0.35;  // share of its samples found
+constexpr double kClearlyBetterAside = 1;       // log-likelihood
+constexpr double kAlikeAtStart = 8;             // images
+constexpr double kLeastOfReference = 0.35;      // share of its samples found
+constexpr double kLeastOfReferenceAlone = 0.5;  // where it alone says where all pipes lie
 constexpr int kJudgedSamples = 20;
+constexpr double kContrastWeight = 0.5;  // the samples that were found have seen some of it
+constexpr double kLeastSupported = 0.5;  // of the pipes in view: where they are believed
 // Log-likelihood of a sample against one that lies anywhere: of 0.75 found against 0.35, of 0.25
 // missed against 0.65.
 constexpr double kFound = 0.76;
@@ -91,7 +94,7 @@ double log_likelihood(const TrackEvidence& evidence, double share) {
 /// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
 /// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
 bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
-                        std::span<const PipeSupport> pipes) {
+                        std::span<const PipeSupport> pipes, double least) {
   PipeSupport fixed;
   for (std::size_t i = 0; i < model.pipes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -101,7 +104,7 @@ bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
       fixed.found += pipes[i].found;
     }
   }
-  return fixed.searched < kJudgedSamples || fixed.found >= kLeastOfReference * fixed.searched;
+  return fixed.searched < kJudgedSamples || fixed.found >= least * fixed.searched;
 }
 
 }  // namespace
@@ -126,10 +129,14 @@ double TrackStep::apart(const SE3& a, const SE3& b) const {
          half_width * (std::abs(difference(5)) + std::abs(difference.z()) / height);
 }
 
-void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation, double farthest) {
+void TrackStep::gather_contours(const SE3& T_rack_camera, double along_deviation, double farthest,
+                                const Bodies& of) {
   contours_.clear();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const VisibleEdge& edge = edges_[i];
+    if (!(edge.id.kind == EdgeKind::kPipe ? of.pipes[edge.id.body] : of.supports)) {
+      continue;
+    }
     if ((edge.image_end - edge.image_start).norm() < kShortest) {
       continue;
     }
@@ -186,17 +193,22 @@ void TrackStep::find_peaks(const ImageView& image, const TrackBelief& around, st
   peaks_.erase(much_worse, peaks_.end());
 }
 
-bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, const SE3& start,
-                             double along_variance, PoseSolver& solver) {
+bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around,
+                             const StartGuess& start, double along_variance, PoseSolver& solver) {
   TrackBelief guess = around;
-  guess.T_rack_camera = start;
+  guess.T_rack_camera = start.T_rack_camera;
   guess.covariance.setZero();
+  if (start.offsets) {
+    guess.offsets.mean = *start.offsets;
+    guess.offsets.covariance.setZero();
+  }
   double range = kFirstRange;
   for (int round = 0; round < kMostRounds; ++round) {
     const SE3 before = guess.T_rack_camera;
     render(guess.T_rack_camera, guess.offsets);
     search(image, guess, range, along_variance);
-    if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, around.offsets, false)) {
+    if (!solve_by(solver, guess, around.covariance, around.T_rack_camera, around.offsets, false,
+                  start.offsets ? PipeOffsets(guess.offsets.mean) : PipeOffsets())) {
       return false;
     }
     guess.T_rack_camera = solution_.T_camera_rack.inverse();
@@ -212,8 +224,8 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around, 
   return true;
 }
 
-bool TrackStep::try_start(const ImageView& image, const TrackBelief& around, const SE3& start,
-                          StepOutcome& outcome) {
+bool TrackStep::try_start(const ImageView& image, const TrackBelief& around,
+                          const StartGuess& start, StepOutcome& outcome) {
   points_.clear();
   matches_.clear();
   if (!refine_start(image, around, start, 0, start_solver_)) {
@@ -283,7 +295,7 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
   return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
-         reference_is_found(model_, around.offsets, tried.pipes) &&
+         reference_is_found(model_, around.offsets, tried.pipes, kLeastOfReference) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -296,8 +308,8 @@ bool TrackStep::any_explains() const {
   return std::ranges::any_of(tried_, &TriedStart::explains);
 }
 
-void TrackStep::consider_start(const ImageView& image, const TrackBelief& around, const SE3& start,
-                               StepOutcome& outcome) {
+void TrackStep::consider_start(const ImageView& image, const TrackBelief& around,
+                               const StartGuess& start, StepOutcome& outcome) {
   if (!try_start(image, around, start, outcome)) {
     return;
   }
@@ -307,18 +319,31 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   if (chi_square > kImprobable) {
     return;
   }
+  double misplaced = 0;
+  for (std::size_t i = 0; start.offsets && i < model_.pipes.size(); ++i) {
+    const auto pipe = static_cast<Eigen::Index>(i);
+    const double variance = around.offsets.covariance(pipe, pipe);
+    const double offset = outcome.belief.offsets.mean[i] - around.offsets.mean[i];
+    misplaced += variance > 0 ? offset * offset / variance : 0.0;
+  }
   const double share = found_share(outcome.evidence);
-  tried_.push_back({.start = start,
-                    .found = found,
-                    .share = share,
-                    .merit = log_likelihood(outcome.evidence, share) - 0.5 * chi_square,
-                    .explains = explains_the_image(around, outcome, share, moved)});
+  const double contrast = start.offsets ? kContrastWeight * contrast_along(image, found) : 0.0;
+  tried_.push_back(
+      {.start = start,
+       .found = found,
+       .offsets = outcome.belief.offsets.mean,
+       .share = share,
+       .merit = log_likelihood(outcome.evidence, share) + contrast - 0.5 * (chi_square + misplaced),
+       .explains = explains_the_image(around, outcome, share, moved) &&
+                   (!start.offsets || reference_is_found(model_, around.offsets, outcome.pipes,
+                                                         kLeastOfReferenceAlone))});
 }
 
 void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& around,
                                      StepOutcome& outcome) {
   for (int round = 0; round < kMostMovesAside && !tried_.empty(); ++round) {
     const TriedStart best = *std::ranges::max_element(tried_, {}, &TriedStart::merit);
+    const std::optional<std::array<double, kMaxPipes>>& offsets = best.start.offsets;
     const double height = std::max(kLeastHeight, best.found.translation().z());
     const double pixel = height / camera_.matrix()(0, 0);             // m
     const double rise = height / (0.5 * camera_.parameters().width);  // m, a pixel at the borders
@@ -326,7 +351,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
       for (const int axis : {0, kY}) {
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(axis) = aside * pixel;
-        consider_start(image, around, moved_pose(best.found, move), outcome);
+        consider_start(image, around, {moved_pose(best.found, move), offsets}, outcome);
       }
     }
     for (const double at_borders : kAtBorders) {
@@ -335,7 +360,7 @@ void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& 
         geometry::Vector6d move = geometry::Vector6d::Zero();
         move(0) = at_borders * sideways;
         move(kZ) = at_borders * rise;
-        consider_start(image, around, moved_pose(best.found, move), outcome);
+        consider_start(image, around, {moved_pose(best.found, move), offsets}, outcome);
       }
     }
     const double found = std::ranges::max_element(tried_, {}, &TriedStart::merit)->merit;
@@ -354,28 +379,69 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
     return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
   }
-  find_peaks(image, around, kMostTried);
   tried_.clear();
+  if (offsets_are_unknown(around)) {
+    find_with_offsets(image, around, outcome);
+    declare_start(image, before, around, around, &TrackStep::is_rival, outcome);
+    return;
+  }
+  find_at_offsets(image, around, outcome);
+  declare_start(image, before, around, around, &TrackStep::is_elsewhere, outcome);
+  const double supported = outcome.solved ? supported_share(outcome) : 0;
+  const bool probable = outcome.solved && are_probable(outcome.belief.offsets, around.offsets);
+  if (probable && supported >= kLeastSupported) {
+    return;
+  }
+  TrackBelief misplaced = around;
+  const double deviation = misplace(misplaced);
+  if (deviation > 0) {
+    tried_.clear();
+    if (outcome.solved) {
+      consider_start(image, misplaced, {outcome.belief.T_rack_camera, outcome.belief.offsets.mean},
+                     outcome);
+    }
+    find_with_offsets(image, misplaced, outcome);
+    const bool found =
+        declare_start(image, before, around, misplaced, &TrackStep::is_rival, outcome);
+    outcome.misplaced_by = found ? deviation : 0;
+  } else {
+    // The pipes are not where this pose would have them.
+    outcome = {};
+    outcome.belief = before;
+    outcome.status = PoseStatus::kTooFewInliers;
+  }
+}
+
+void TrackStep::find_at_offsets(const ImageView& image, const TrackBelief& around,
+                                StepOutcome& outcome) {
+  find_peaks(image, around, kMostTried);
   for (std::size_t i = 0; i < peaks_.size() && (i < kTried || !any_explains()); ++i) {
-    consider_start(image, around, narrowed(image, around, peaks_[i]), outcome);
+    consider_start(image, around, {narrowed(image, around, peaks_[i]), {}}, outcome);
   }
   look_beside_the_best(image, around, outcome);
+}
+
+bool TrackStep::is_elsewhere(const TriedStart& best, const TriedStart& other) const {
+  return apart(best.found, other.found) >= kDistinct && other.share > best.share - kClearlyBetter;
+}
+
+bool TrackStep::declare_start(const ImageView& image, const TrackBelief& before,
+                              const TrackBelief& believed, const TrackBelief& misplaced,
+                              Rivalry rivals, StepOutcome& outcome) {
   outcome = {};
   outcome.belief = before;
+  outcome.status = PoseStatus::kTooFewInliers;
   if (!any_explains()) {
-    outcome.status = PoseStatus::kTooFewInliers;
-    return;
+    return false;
   }
-  const TriedStart& best = *std::ranges::max_element(tried_, {}, [](const TriedStart& tried) {
+  const TriedStart best = *std::ranges::max_element(tried_, {}, [](const TriedStart& tried) {
     return tried.explains ? tried.merit : -std::numeric_limits<double>::infinity();
   });
-  if (std::ranges::any_of(tried_, [&](const TriedStart& other) {
-        return apart(best.found, other.found) >= kDistinct &&
-               other.share > best.share - kClearlyBetter;
-      })) {
-    outcome.status = PoseStatus::kTooFewInliers;
-    return;
+  if (std::ranges::any_of(tried_,
+                          [&](const TriedStart& other) { return (this->*rivals)(best, other); })) {
+    return false;
   }
+  const TrackBelief& around = best.start.offsets ? misplaced : believed;
   // Once more, for the working memory that `learn` reads.
   (void)try_start(image, around, best.start, outcome);
   if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
@@ -383,6 +449,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
     outcome.belief.anchor_variance =
         std::max(outcome.belief.anchor_variance, around.covariance(kY, kY));
   }
+  return best.start.offsets.has_value();
 }
 
 bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
@@ -394,7 +461,7 @@ bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,
   around.covariance.diagonal().tail<3>().array() += kAnewTurn * kAnewTurn;
   points_.clear();
   matches_.clear();
-  if (!refine_start(image, around, around.T_rack_camera, 0, start_solver_)) {
+  if (!refine_start(image, around, {around.T_rack_camera, {}}, 0, start_solver_)) {
     return false;
   }
   // Offsets that are free explain every image a little better.

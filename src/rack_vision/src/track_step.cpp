@@ -277,9 +277,10 @@ bool TrackStep::solve(const TrackBelief& guess, const Matrix6d& prior_covariance
 
 bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
                          const Matrix6d& prior_covariance, const geometry::SE3& prior_pose,
-                         const OffsetBelief& offsets, bool with_points) {
+                         const OffsetBelief& offsets, bool with_points, PipeOffsets first_offsets) {
   PoseProblem problem;
   problem.T_camera_rack = guess.T_rack_camera.inverse();
+  problem.first_offsets = first_offsets;
   problem.edges = features_;
   if (with_points) {
     problem.points = points_;
@@ -321,7 +322,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
     around.covariance(kY, kY) = along_variance;
     find_peaks(image, around, kPeaksInFlight);
     return !peaks_.empty() &&
-           refine_start(image, free, narrowed(image, around, peaks_.front()),
+           refine_start(image, free, {narrowed(image, around, peaks_.front()), {}},
                         along == Along::kByTexture ? along_variance : 0, start_solver_);
   }
   TrackBelief wide = belief;

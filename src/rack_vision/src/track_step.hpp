@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "alignment_search.hpp"
 #include "offset_memory.hpp"
+#include "pipe_places.hpp"
 #include "pipescout/geometry/camera.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/rack_vision/contour.hpp"
@@ -42,6 +44,12 @@ struct TrackBelief {
   geometry::Matrix6d velocity_covariance = geometry::Matrix6d::Zero();  ///< the same
 };
 
+/// Of a rack.
+struct Bodies {
+  std::bitset<kMaxPipes> pipes = std::bitset<kMaxPipes>().set();
+  bool supports = true;
+};
+
 struct StepOutcome {
   bool solved = false;
   TrackBelief belief;  ///< after the image; as before it when it was not solved
@@ -54,6 +62,9 @@ struct StepOutcome {
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
   std::bitset<kMaxPipes> offset_observed;
+  /// m, one sigma, above 0 where pipes lie farther from where they were believed than was said: the
+  /// prior with which their offsets were found.
+  double misplaced_by = 0;
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   double inlier_share = 0;
   int iterations = 0;
@@ -133,7 +144,7 @@ class TrackStep {
              const geometry::SE3& prior_pose, const OffsetBelief& offsets, bool with_points);
   bool solve_by(PoseSolver& solver, const TrackBelief& guess,
                 const geometry::Matrix6d& prior_covariance, const geometry::SE3& prior_pose,
-                const OffsetBelief& offsets, bool with_points);
+                const OffsetBelief& offsets, bool with_points, PipeOffsets first_offsets = {});
   /// Whether the edges that run across the pipes are seen where the solved pose has them.
   [[nodiscard]] bool across_is_found() const;
   void anchor_by_supports(const ImageView& image, TrackBelief& belief, StepOutcome& outcome);
@@ -143,22 +154,30 @@ class TrackStep {
   void match_points(const ImageView& image, const TrackBelief& before, TrackBelief& guess);
   /// Fills contours_ from the rendered edges: those that an error along y of three deviations moves
   /// by at most `farthest` px.
-  void gather_contours(const geometry::SE3& T_rack_camera, double along_deviation, double farthest);
+  void gather_contours(const geometry::SE3& T_rack_camera, double along_deviation, double farthest,
+                       const Bodies& of = {});
   /// Fills peaks_ with the places at which edges line up best, and left_by_peaks_. Here and below
   /// the covariance of `around` is the whole one, along y too.
   void find_peaks(const ImageView& image, const TrackBelief& around, std::size_t most);
   /// The pose at one of them, more exactly.
   geometry::SE3 narrowed(const ImageView& image, const TrackBelief& around,
                          const AlignmentPeak& peak);
-  bool refine_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  /// Where a start is tried.
+  struct StartGuess {
+    geometry::SE3 T_rack_camera;
+    /// Where the pipes were found; without, they are looked for about where they are believed.
+    std::optional<std::array<double, kMaxPipes>> offsets;
+  };
+  bool refine_start(const ImageView& image, const TrackBelief& around, const StartGuess& start,
                     double along_variance, PoseSolver& solver);
   /// Refines, and asks the texture map where there is one.
-  bool try_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  bool try_start(const ImageView& image, const TrackBelief& around, const StartGuess& start,
                  StepOutcome& outcome);
   struct TriedStart {
-    geometry::SE3 start;
-    geometry::SE3 found;  ///< the pose, from there
-    double share = 0;     ///< of what is looked for at that pose, found
+    StartGuess start;
+    geometry::SE3 found;                      ///< the pose, from there
+    std::array<double, kMaxPipes> offsets{};  ///< and the offsets
+    double share = 0;                         ///< of what is looked for at that pose, found
     double merit = 0;
     bool explains = false;  ///< the image
   };
@@ -168,11 +187,50 @@ class TrackStep {
                                         double share, const geometry::Vector6d& moved) const;
   [[nodiscard]] bool any_explains() const;
   /// Tries a start, and keeps in tried_ what became of it.
-  void consider_start(const ImageView& image, const TrackBelief& around, const geometry::SE3& start,
+  void consider_start(const ImageView& image, const TrackBelief& around, const StartGuess& start,
                       StepOutcome& outcome);
   /// Tries places beside the best of tried_, until none of them is better.
   void look_beside_the_best(const ImageView& image, const TrackBelief& around,
                             StepOutcome& outcome);
+  using Rivalry = bool (TrackStep::*)(const TriedStart& best, const TriedStart& other) const;
+  /// Takes the best of tried_ that explains the image, if no other one is a rival. Those with
+  /// offsets were tried around `misplaced`, the others around `believed`. Returns whether it is one
+  /// with offsets.
+  bool declare_start(const ImageView& image, const TrackBelief& before, const TrackBelief& believed,
+                     const TrackBelief& misplaced, Rivalry rivals, StepOutcome& outcome);
+  /// Another place of the camera that explains the image about as well.
+  [[nodiscard]] bool is_elsewhere(const TriedStart& best, const TriedStart& other) const;
+  /// The same of camera and pipes together.
+  [[nodiscard]] bool is_rival(const TriedStart& best, const TriedStart& other) const;
+  /// The pipes are about where they are believed.
+  void find_at_offsets(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
+  /// Pose and offsets together: each pipe is looked for where its contours line up with the image.
+  void find_with_offsets(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
+  /// Tries the best combinations of places_.
+  void consider_places(const ImageView& image, const TrackBelief& around,
+                       const geometry::SE3& T_rack_camera, std::size_t most, StepOutcome& outcome);
+  /// Moves one pipe after the other to its other places, until nothing is better: of the best of
+  /// tried_, without those before `from`. `covariance`: of the pose there.
+  void look_beside_places(const ImageView& image, const TrackBelief& around,
+                          const geometry::Matrix6d& covariance, std::size_t from,
+                          StepOutcome& outcome);
+  /// How strong the mean step in grey level across the contours at this pose is, which were
+  /// rendered last: texture has candidates there too, but none. A log-likelihood.
+  double contrast_along(const ImageView& image, const geometry::SE3& T_rack_camera);
+  /// Of the pipes that are looked for, those that are found.
+  [[nodiscard]] double supported_share(const StepOutcome& outcome) const;
+  /// Whether, for all that is believed of a pipe's offset, its contours may be nearer to others
+  /// than to where they are looked for.
+  [[nodiscard]] bool offsets_are_unknown(const TrackBelief& around);
+  /// Whether offsets that were found are where they were believed to be.
+  [[nodiscard]] bool are_probable(const OffsetBelief& found, const OffsetBelief& believed) const;
+  /// Widens what is believed of the offsets, for a rack file that is wrong; returns the deviation,
+  /// m. 0, and nothing changes, where it is as wide already or where the pose is not known well
+  /// enough to look for pipes that lie elsewhere.
+  double misplace(TrackBelief& around);
+  /// Fills places_ for a camera at this pose, whose errors have this covariance.
+  void find_places(const ImageView& image, const TrackBelief& around,
+                   const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
   /// From the texture map, edges after it; `around` as above. Returns whether both bear the pose
   /// out: only then is there an outcome.
   bool find_by_texture(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
@@ -215,6 +273,8 @@ class TrackStep {
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;
+  std::vector<std::vector<PipePlace>> places_;  ///< by pipe
+  std::vector<PlacedPipes> placed_;
   geometry::Matrix6d left_by_peaks_ = geometry::Matrix6d::Zero();  ///< covariance, not told by them
   std::vector<MatchedPoint> matches_;
   std::vector<PointObservation> points_;

@@ -156,6 +156,8 @@ struct PoseProblem {
   /// Prior for this image. The solution contains the posterior: no information is used twice when
   /// it is the next prior after adding process noise. See `OffsetFilter`.
   OffsetBelief offsets{};
+  /// Initial values of the offsets, one per pipe or kMaxPipes; empty: the mean of the prior.
+  PipeOffsets first_offsets{};
   /// If set, the intrinsics are estimated too, in the same way.
   std::optional<IntrinsicsBelief> intrinsics{};
   /// If set, the map error is estimated too. Needs a `pose_prior` if `by_pose` is not zero.
