@@ -37,6 +37,8 @@ constexpr double kAnotherPlace = 0.015;  // m
 // or missed together, so that one pipe of five changes it little.
 constexpr double kClearlyBetterPose = 2;
 constexpr double kClearlyBetterPlace = 0.5;
+// Without supports in view the pose rests on the pipes, and a pipe at a wrong place leads it away.
+constexpr double kClearlyBetterAlone = 2;
 constexpr double kLeastHeight = 0.5;  // m
 constexpr int kJudgedSamples = 10;
 constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
@@ -227,12 +229,15 @@ void TrackStep::find_with_offsets(const ImageView& image, const TrackBelief& aro
 }
 
 bool TrackStep::is_rival(const TriedStart& best, const TriedStart& other) const {
+  const bool supported = std::ranges::any_of(
+      edges_, [](const VisibleEdge& edge) { return edge.id.kind == EdgeKind::kSupport; });
+  const double clearly_better = supported ? kClearlyBetterPlace : kClearlyBetterAlone;
   const double pose = apart(best.found, other.found);
   if (pose >= kDistinct) {
     return other.merit > best.merit - kClearlyBetterPose;
   }
   if (pose >= kDistinctPose) {
-    return other.merit > best.merit - kClearlyBetterPlace;
+    return other.merit > best.merit - clearly_better;
   }
   double farthest = 0;
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
@@ -240,7 +245,7 @@ bool TrackStep::is_rival(const TriedStart& best, const TriedStart& other) const 
   }
   const double pixels =
       farthest * camera_.matrix()(0, 0) / std::max(kLeastHeight, best.found.translation().z());
-  return pixels >= kDistinct && other.merit > best.merit - kClearlyBetterPlace;
+  return pixels >= kDistinct && other.merit > best.merit - clearly_better;
 }
 
 }  // namespace pipescout::rack_vision
