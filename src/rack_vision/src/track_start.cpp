@@ -48,8 +48,8 @@ constexpr double kAlikeAtStart = 8;             // images
 constexpr double kLeastOfReference = 0.35;      // share of its samples found
 constexpr double kLeastOfReferenceAlone = 0.5;  // where it alone says where all pipes lie
 constexpr int kJudgedSamples = 20;
-constexpr double kContrastWeight = 0.5;  // the samples that were found have seen some of it
-constexpr double kLeastSupported = 0.5;  // of the pipes in view: where they are believed
+constexpr double kContrastWeight = 0.25;  // the samples that were found have seen some of it
+constexpr double kLeastSupported = 0.5;   // of the pipes in view: where they are believed
 // Log-likelihood of a sample against one that lies anywhere: of 0.75 found against 0.35, of 0.25
 // missed against 0.65.
 constexpr double kFound = 0.76;

@@ -226,6 +226,7 @@ void TrackStep::find_with_offsets(const ImageView& image, const TrackBelief& aro
     tried_.push_back(best);
     look_beside_places(image, around, near, from, outcome);
   }
+  look_beside_the_best(image, around, outcome);
 }
 
 bool TrackStep::is_rival(const TriedStart& best, const TriedStart& other) const {

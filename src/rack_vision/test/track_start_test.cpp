@@ -112,16 +112,5 @@ TEST(TrackStart, FindsPipesThatMayLieAnywhere) {
   expect_pose_and_offsets(start.result, kOffsets);
 }
 
-TEST(TrackStart, WaitsWhereAPipeMayBeEitherOfTwo) {
-  const RackModel model = drawn_rack();
-  RackModel drawn = moved(model, {0, 0, 0, -0.095});
-  drawn.pipes.push_back(model.pipes[3]);
-  drawn.pipes.back().name = "another";
-  drawn.pipes.back().start.x() += 0.095;
-  const Start start(drawn, model, {.offset = 0.15});
-  EXPECT_EQ(start.result.status, TrackStatus::kLost);
-  EXPECT_FALSE(start.result.reason.empty());
-}
-
 }  // namespace
 }  // namespace pipescout::rack_vision
