@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "lens_scale.hpp"
-#include "pipescout/statistics/median.hpp"
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
 #include "track_step.hpp"
@@ -18,10 +18,10 @@ namespace {
 constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
 constexpr double kSharp = 0.35;       // px, one deviation
 constexpr std::size_t kFewestPoints = 5;
-constexpr std::size_t kPointsForShift = 14;  // for a median that a few false matches do not move
-constexpr double kSupportsSay = 0.02;        // m: y from supports is used when better than this
-constexpr double kLeastOfAcross = 0.5;       // of what is looked for of them, found
-constexpr double kAnchorFloor = 0.0015;      // m: what supports leave of the error along y
+constexpr std::size_t kPointsForShift = 14;
+constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
+constexpr double kLeastOfAcross = 0.5;   // of what is looked for of them, found
+constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
 
@@ -171,21 +171,24 @@ std::optional<double> TrackStep::shift_of_map(const ImageView& image, const Trac
   map_.match(image, view(supported), 0, kPointsForShift, matches_);
   (void)map_.observations(matches_, points_);
   const CameraView seen(camera_, solution_.T_camera_rack);
-  shifts_.clear();
+  std::vector<double>& shifts = shifts_;
+  shifts.clear();
   for (const PointObservation& point : points_) {
-    const Eigen::Vector3d expected = seen.matrix * seen.R_camera_rack * (point.place - seen.centre);
-    // A point that moves is seen to go against what the camera's own motion does.
-    const Eigen::Vector2d by_shift(
-        -by_motion(point.place, Eigen::Vector2d::UnitX(), supported.T_rack_camera)(kY),
-        -by_motion(point.place, Eigen::Vector2d::UnitY(), supported.T_rack_camera)(kY));
-    shifts_.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
+    const Eigen::Vector3d from_eye = seen.R_camera_rack * (point.place - seen.centre);
+    const Eigen::Vector3d expected = seen.matrix * from_eye;
+    const Eigen::Vector3d moved = seen.matrix * seen.R_camera_rack.col(kY);
+    const Eigen::Vector2d by_shift =
+        (moved.head<2>() - moved.z() * expected.hnormalized()) / expected.z();
+    shifts.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
   }
   points_.clear();
   forget_matches();
-  if (shifts_.size() < kFewestPoints) {
+  if (shifts.size() < kFewestPoints) {
     return std::nullopt;
   }
-  return statistics::median_in_place(shifts_);
+  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+  std::ranges::nth_element(shifts, middle);
+  return *middle;
 }
 
 void TrackStep::anchor_by_supports(const ImageView& image, TrackBelief& belief,
