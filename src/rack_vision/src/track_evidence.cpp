@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "lens_scale.hpp"
 #include "pose_belief.hpp"
@@ -18,10 +17,10 @@ namespace {
 constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
 constexpr double kSharp = 0.35;       // px, one deviation
 constexpr std::size_t kFewestPoints = 5;
-constexpr std::size_t kPointsForShift = 14;
-constexpr double kSupportsSay = 0.02;    // m: y from supports is used when better than this
-constexpr double kLeastOfAcross = 0.5;   // of what is looked for of them, found
-constexpr double kAnchorFloor = 0.0015;  // m: what supports leave of the error along y
+constexpr std::size_t kPointsForShift = 14;  // for a median that a few false matches do not move
+constexpr double kSupportsSay = 0.02;        // m: y from supports is used when better than this
+constexpr double kLeastOfAcross = 0.5;       // of what is looked for of them, found
+constexpr double kAnchorFloor = 0.0015;      // m: what supports leave of the error along y
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
 
@@ -171,23 +170,22 @@ std::optional<double> TrackStep::shift_of_map(const ImageView& image, const Trac
   map_.match(image, view(supported), 0, kPointsForShift, matches_);
   (void)map_.observations(matches_, points_);
   const CameraView seen(camera_, solution_.T_camera_rack);
-  std::vector<double>& shifts = shifts_;
-  shifts.clear();
+  shifts_.clear();
   for (const PointObservation& point : points_) {
     const Eigen::Vector3d from_eye = seen.R_camera_rack * (point.place - seen.centre);
     const Eigen::Vector3d expected = seen.matrix * from_eye;
     const Eigen::Vector3d moved = seen.matrix * seen.R_camera_rack.col(kY);
     const Eigen::Vector2d by_shift =
         (moved.head<2>() - moved.z() * expected.hnormalized()) / expected.z();
-    shifts.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
+    shifts_.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
   }
   points_.clear();
   forget_matches();
-  if (shifts.size() < kFewestPoints) {
+  if (shifts_.size() < kFewestPoints) {
     return std::nullopt;
   }
-  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
-  std::ranges::nth_element(shifts, middle);
+  const auto middle = shifts_.begin() + static_cast<std::ptrdiff_t>(shifts_.size() / 2);
+  std::ranges::nth_element(shifts_, middle);
   return *middle;
 }
 
