@@ -7,7 +7,6 @@
 #include <span>
 
 #include "lens_scale.hpp"
-#include "pipescout/statistics/median.hpp"
 #include "pose_belief.hpp"
 #include "ray_motion.hpp"
 #include "track_step.hpp"
@@ -173,11 +172,11 @@ std::optional<double> TrackStep::shift_of_map(const ImageView& image, const Trac
   const CameraView seen(camera_, solution_.T_camera_rack);
   shifts_.clear();
   for (const PointObservation& point : points_) {
-    const Eigen::Vector3d expected = seen.matrix * seen.R_camera_rack * (point.place - seen.centre);
-    // A point that moves is seen to go against what the camera's own motion does.
-    const Eigen::Vector2d by_shift(
-        -by_motion(point.place, Eigen::Vector2d::UnitX(), supported.T_rack_camera)(kY),
-        -by_motion(point.place, Eigen::Vector2d::UnitY(), supported.T_rack_camera)(kY));
+    const Eigen::Vector3d from_eye = seen.R_camera_rack * (point.place - seen.centre);
+    const Eigen::Vector3d expected = seen.matrix * from_eye;
+    const Eigen::Vector3d moved = seen.matrix * seen.R_camera_rack.col(kY);
+    const Eigen::Vector2d by_shift =
+        (moved.head<2>() - moved.z() * expected.hnormalized()) / expected.z();
     shifts_.push_back(by_shift.dot(point.pixel - expected.hnormalized()) / by_shift.squaredNorm());
   }
   points_.clear();
@@ -185,7 +184,9 @@ std::optional<double> TrackStep::shift_of_map(const ImageView& image, const Trac
   if (shifts_.size() < kFewestPoints) {
     return std::nullopt;
   }
-  return statistics::median_in_place(shifts_);
+  const auto middle = shifts_.begin() + static_cast<std::ptrdiff_t>(shifts_.size() / 2);
+  std::ranges::nth_element(shifts_, middle);
+  return *middle;
 }
 
 void TrackStep::anchor_by_supports(const ImageView& image, TrackBelief& belief,
