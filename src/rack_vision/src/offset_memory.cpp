@@ -15,6 +15,7 @@ constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is wher
 constexpr double kDoubtedShare = 0.35;
 constexpr int kImagesInDoubt = 10;
 constexpr double kOffsetFloor = 0.0015;  // m: what shading and shadows that stay leave of an error
+constexpr double kPlaceSigma = 0.01;     // m: a place is exact to a step of the search
 constexpr double kOffsetDrift = 0.0003;  // m/sqrt(s): pipes move by heat and flow
 
 }  // namespace
@@ -95,8 +96,14 @@ bool OffsetMemory::judge(std::size_t pipe, const PipeSupport& support) {
   return support.found >= kSupportedShare * support.searched;
 }
 
+void OffsetMemory::place(std::size_t pipe, double offset) {
+  set(pipe, offset, kPlaceSigma);
+  belief_.unplaced[pipe] = false;
+}
+
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,
                          double share) {
+  belief_.unplaced = after.unplaced;
   OffsetVector step = OffsetVector::Zero();
   OffsetMatrix prior = OffsetMatrix::Identity();
   OffsetMatrix posterior = OffsetMatrix::Identity();

@@ -31,6 +31,9 @@ class OffsetMemory {
   /// are by `doubt`.
   void learn(const OffsetBelief& after, std::span<const PipeSupport> support, double share);
 
+  /// A pipe that was unplaced lies here, m.
+  void place(std::size_t pipe, double offset);
+
   /// The model knows the offsets no better than by `sigma`, m.
   void widen(double sigma);
 

@@ -22,9 +22,11 @@ constexpr int kMostCoasting = 2;    // images without a pose before the track is
 constexpr int kMostRepeated = 10;   // identical images in a row, then the camera is frozen
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
+constexpr int kImagesPerPlacing = 5;
 constexpr double kStartQuality = 0.5;
-constexpr int kProbation = 5;     // images
-constexpr int kFreshPoints = 10;  // enough of them to ask
+constexpr int kProbation = 5;           // images
+constexpr int kProbationOfPlaces = 25;  // where pipes may have been taken for others
+constexpr int kFreshPoints = 10;        // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
 // What alike errors of successive images add to the covariance, measured.
 constexpr double kCovarianceFactor = 2.5;
@@ -264,6 +266,7 @@ class RackTracker::Implementation {
       offsets_.widen(outcome_.misplaced_by);
     }
     if (starting_) {
+      probation_ = outcome_.places_searched ? kProbationOfPlaces : kProbation;
       covariance_at_start_ = pose_.covariance();
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
@@ -281,9 +284,21 @@ class RackTracker::Implementation {
       since_opinion_ = 0;
       ask_second_opinion(image);
     }
+    place_pipes(image);
     improve_camera();
     fill(result);
     result.quality = quality();
+  }
+
+  /// Those that the start could not place, once the view tells.
+  void place_pipes(const ImageView& image) {
+    if (outcome_.belief.offsets.unplaced.none() || ++since_placed_ < kImagesPerPlacing) {
+      return;
+    }
+    since_placed_ = 0;
+    if (const std::optional<FoundPipe> found = step_.find_unplaced(image, outcome_)) {
+      offsets_.place(found->pipe, found->offset);
+    }
   }
 
   /// What misled the first images is believed by now, and holds the pose that it led to.
@@ -397,6 +412,7 @@ class RackTracker::Implementation {
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images
+  int since_placed_ = 0;   ///< the same
   std::string_view lost_reason_;
   PoseBelief pose_;
   PoseBelief tracked_;       ///< at the last tracked image

@@ -190,7 +190,7 @@ void TextureMap::grow(const ImageView& image, const UncertainView& view,
     const Eigen::Vector2i low((cell % columns_) * side, (cell / columns_) * side);
     const Eigen::Vector2d inside = low.cast<double>().array() + 0.5 * side;
     const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, inside);
-    if (!hit || hit->kind != EdgeKind::kPipe) {
+    if (!hit || hit->kind != EdgeKind::kPipe || view.unplaced[hit->body]) {
       continue;
     }
     ++looked_through;
@@ -216,7 +216,7 @@ void TextureMap::add(const ImageView& image, const UncertainView& view, const Mo
                      const RackSurface& surface, const Eigen::Vector2i& corner) {
   const Eigen::Vector2d pixel = corner.cast<double>();
   const std::optional<SurfaceHit> hit = surface.seen_at(camera_, view.T_camera_rack, pixel);
-  if (!hit || hit->kind != EdgeKind::kPipe || !hit->on_side_of_pipe) {
+  if (!hit || hit->kind != EdgeKind::kPipe || !hit->on_side_of_pipe || view.unplaced[hit->body]) {
     return;
   }
   for (const int u : {-kPatchReach, kPatchReach}) {

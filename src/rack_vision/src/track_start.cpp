@@ -22,7 +22,7 @@ constexpr std::size_t kMostTried = 24;  // while none of them explains the image
 constexpr double kDistinctTried = 4;    // px, between what is seen from two of them
 constexpr double kFirstStep = 2.5;      // px between the poses that are tried
 constexpr std::array kNextSteps{2.0, 1.0};
-constexpr double kWideRange = 16;     // px
+constexpr double kWideRange = 16;     // px: beyond it other contours are nearer than a pipe's own
 constexpr double kShortest = 8;       // px: shorter contours say nothing
 constexpr double kFarthest = 150;     // px: within which the unknown place along y moves contours
 constexpr double kMuchWorse = 20;     // log-likelihood: places that need not be tried
@@ -58,15 +58,17 @@ constexpr double kAlikeSamples = 8;     // of one edge: they are found or missed
 constexpr double kCertainPlace = 0.06;  // m, one sigma across and in height
 constexpr double kCertainTurn = 0.03;   // rad
 constexpr double kFarthestAlong = 3;    // deviations before the image
-constexpr double kNoLessSure = 1.2;     // deviation after the image by that before it
-constexpr double kImprobable = 16.8;    // chi-square of six, 1 in 100: not where it was said to be
-constexpr double kFirstRange = 5;       // px, of the search from a place
-constexpr double kNextRange = 3.5;      // px
-constexpr int kMostRounds = 10;         // the edges nearest to a place lead to the next one
-constexpr double kArrived = 0.3;        // px
-constexpr double kAnewPlace = 0.03;     // m, of a second opinion
-constexpr double kAnewTurn = 0.015;     // rad
-constexpr double kAnotherPlace = 1.0;   // px, between what is seen from both
+// Deviations of an offset: a pipe beyond it is likelier to be taken for its neighbour.
+constexpr double kFarthestPlace = 2;
+constexpr double kNoLessSure = 1.2;    // deviation after the image by that before it
+constexpr double kImprobable = 16.8;   // chi-square of six, 1 in 100: not where it was said to be
+constexpr double kFirstRange = 5;      // px, of the search from a place
+constexpr double kNextRange = 3.5;     // px
+constexpr int kMostRounds = 10;        // the edges nearest to a place lead to the next one
+constexpr double kArrived = 0.3;       // px
+constexpr double kAnewPlace = 0.03;    // m, of a second opinion
+constexpr double kAnewTurn = 0.015;    // rad
+constexpr double kAnotherPlace = 1.0;  // px, between what is seen from both
 constexpr double kClearlySharper = 0.1;
 constexpr int kY = 1;
 constexpr int kZ = 2;
@@ -109,14 +111,18 @@ bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
 
 }  // namespace
 
-bool TrackStep::is_wide(const TrackBelief& belief) const {
+double TrackStep::farthest_of_pipes(const TrackBelief& belief) const {
+  double farthest = 0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].id.kind == EdgeKind::kPipe &&
-        range_of(edges_[i], normals_[i], belief) > kWideRange) {
-      return true;
+    if (edges_[i].id.kind == EdgeKind::kPipe) {
+      farthest = std::max(farthest, range_of(edges_[i], normals_[i], belief));
     }
   }
-  return false;
+  return farthest;
+}
+
+bool TrackStep::is_wide(const TrackBelief& belief) const {
+  return farthest_of_pipes(belief) > kWideRange;
 }
 
 double TrackStep::apart(const SE3& a, const SE3& b) const {
@@ -320,21 +326,25 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
     return;
   }
   double misplaced = 0;
+  bool likely = true;
   for (std::size_t i = 0; start.offsets && i < model_.pipes.size(); ++i) {
     const auto pipe = static_cast<Eigen::Index>(i);
     const double variance = around.offsets.covariance(pipe, pipe);
     const double offset = outcome.belief.offsets.mean[i] - around.offsets.mean[i];
-    misplaced += variance > 0 ? offset * offset / variance : 0.0;
+    if (variance > 0) {
+      misplaced += offset * offset / variance;
+      likely = likely && offset * offset <= kFarthestPlace * kFarthestPlace * variance;
+    }
   }
   const double share = found_share(outcome.evidence);
-  const double contrast = start.offsets ? kContrastWeight * contrast_along(image, found) : 0.0;
+  const double contrast = kContrastWeight * contrast_along(image, found);
   tried_.push_back(
       {.start = start,
        .found = found,
        .offsets = outcome.belief.offsets.mean,
        .share = share,
        .merit = log_likelihood(outcome.evidence, share) + contrast - 0.5 * (chi_square + misplaced),
-       .explains = explains_the_image(around, outcome, share, moved) &&
+       .explains = likely && explains_the_image(around, outcome, share, moved) &&
                    (!start.offsets || reference_is_found(model_, around.offsets, outcome.pipes,
                                                          kLeastOfReferenceAlone))});
 }
@@ -379,36 +389,40 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {
     return;  // clutter lines up as well as contours do, but looks like no texture that was mapped
   }
+  StepOutcome refused;
+  refused.belief = before;
+  refused.status = PoseStatus::kTooFewInliers;
+  around.offsets.unplaced.reset();
   tried_.clear();
-  if (offsets_are_unknown(around)) {
-    find_with_offsets(image, around, outcome);
-    declare_start(image, before, around, around, &TrackStep::is_rival, outcome);
-    return;
-  }
-  find_at_offsets(image, around, outcome);
-  declare_start(image, before, around, around, &TrackStep::is_elsewhere, outcome);
-  const double supported = outcome.solved ? supported_share(outcome) : 0;
-  const bool probable = outcome.solved && are_probable(outcome.belief.offsets, around.offsets);
-  if (probable && supported >= kLeastSupported) {
-    return;
-  }
+  const double from_believed = farthest_by_offsets(around);
   TrackBelief misplaced = around;
   const double deviation = misplace(misplaced);
-  if (deviation > 0) {
+  if (from_believed <= kWideRange) {
+    find_at_offsets(image, around, outcome);
+    const std::optional<TriedStart> best = clear_best(&TrackStep::is_elsewhere);
+    if (best) {
+      declare_start(image, around, best->start, outcome);
+      if (are_probable(outcome.belief.offsets, around.offsets) &&
+          supported_share(outcome) >= kLeastSupported) {
+        return;
+      }
+    }
     tried_.clear();
-    if (outcome.solved) {
+    if (deviation == 0) {
+      outcome = refused;
+      return;
+    }
+    if (best) {
       consider_start(image, misplaced, {outcome.belief.T_rack_camera, outcome.belief.offsets.mean},
                      outcome);
     }
-    find_with_offsets(image, misplaced, outcome);
-    const bool found =
-        declare_start(image, before, around, misplaced, &TrackStep::is_rival, outcome);
-    outcome.misplaced_by = found ? deviation : 0;
-  } else {
-    // The pipes are not where this pose would have them.
-    outcome = {};
-    outcome.belief = before;
-    outcome.status = PoseStatus::kTooFewInliers;
+  } else if (from_believed <= kFarFromBelieved) {
+    find_at_offsets(image, around, outcome);
+  }
+  find_with_offsets(image, misplaced, outcome);
+  outcome = refused;
+  if (declare_with_offsets(image, around, misplaced, outcome)) {
+    outcome.misplaced_by = deviation;
   }
 }
 
@@ -425,31 +439,29 @@ bool TrackStep::is_elsewhere(const TriedStart& best, const TriedStart& other) co
   return apart(best.found, other.found) >= kDistinct && other.share > best.share - kClearlyBetter;
 }
 
-bool TrackStep::declare_start(const ImageView& image, const TrackBelief& before,
-                              const TrackBelief& believed, const TrackBelief& misplaced,
-                              Rivalry rivals, StepOutcome& outcome) {
-  outcome = {};
-  outcome.belief = before;
-  outcome.status = PoseStatus::kTooFewInliers;
+std::optional<TrackStep::TriedStart> TrackStep::clear_best(Rivalry rivals) const {
   if (!any_explains()) {
-    return false;
+    return std::nullopt;
   }
   const TriedStart best = *std::ranges::max_element(tried_, {}, [](const TriedStart& tried) {
     return tried.explains ? tried.merit : -std::numeric_limits<double>::infinity();
   });
   if (std::ranges::any_of(tried_,
                           [&](const TriedStart& other) { return (this->*rivals)(best, other); })) {
-    return false;
+    return std::nullopt;
   }
-  const TrackBelief& around = best.start.offsets ? misplaced : believed;
+  return best;
+}
+
+void TrackStep::declare_start(const ImageView& image, const TrackBelief& around,
+                              const StartGuess& start, StepOutcome& outcome) {
   // Once more, for the working memory that `learn` reads.
-  (void)try_start(image, around, best.start, outcome);
-  if (!along_is_clear(image, outcome, around.covariance(kY, kY))) {
+  if (try_start(image, around, start, outcome) &&
+      !along_is_clear(image, outcome, around.covariance(kY, kY))) {
     // One edge of a support looks like another: nothing is known that was not known before.
     outcome.belief.anchor_variance =
         std::max(outcome.belief.anchor_variance, around.covariance(kY, kY));
   }
-  return best.start.offsets.has_value();
 }
 
 bool TrackStep::find_anew(const ImageView& image, const OffsetBelief& offsets,

@@ -14,8 +14,6 @@ namespace {
 using geometry::Matrix6d;
 using geometry::SE3;
 
-// px, three deviations of an offset: beyond it other contours are nearer than a pipe's own.
-constexpr double kFarFromBelieved = 16;
 constexpr double kMisplaced = 0.035;  // m, one sigma: a rack file that is wrong by up to 6 cm
 // px, three deviations of what the pose moves contours: beyond it they are those of a neighbour.
 constexpr double kKnownPose = 30;
@@ -36,7 +34,9 @@ constexpr double kAnotherPlace = 0.015;  // m
 // Log-likelihood, over other poses and over other places of a pipe. Samples of one edge are found
 // or missed together, so that one pipe of five changes it little.
 constexpr double kClearlyBetterPose = 2;
-constexpr double kClearlyBetterPlace = 0.5;
+constexpr double kClearlyBetterNear = 0.5;
+constexpr double kClearlyBetterPlace = 2;
+constexpr double kMostClear = 10;  // where there is no other place
 // Without supports in view the pose rests on the pipes, and a pipe at a wrong place leads it away.
 constexpr double kClearlyBetterAlone = 2;
 constexpr double kLeastHeight = 0.5;  // m
@@ -52,17 +52,70 @@ bool can_move(const OffsetBelief& offsets, std::size_t pipe) {
 
 }  // namespace
 
-bool TrackStep::offsets_are_unknown(const TrackBelief& around) {
+double TrackStep::farthest_by_offsets(const TrackBelief& around) {
   render(around.T_rack_camera, around.offsets);
   TrackBelief offsets = around;
+  offsets.covariance.setZero();
+  return farthest_of_pipes(offsets);
+}
+
+void TrackStep::unplace_far(TrackBelief& belief) {
+  render(belief.T_rack_camera, belief.offsets);
+  TrackBelief offsets = belief;
   offsets.covariance.setZero();
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     if (edges_[i].id.kind == EdgeKind::kPipe &&
         range_of(edges_[i], normals_[i], offsets) > kFarFromBelieved) {
-      return true;
+      belief.offsets.unplaced.set(edges_[i].id.body);
     }
   }
-  return false;
+}
+
+std::optional<FoundPipe> TrackStep::find_unplaced(const ImageView& image,
+                                                  const StepOutcome& outcome) {
+  std::optional<FoundPipe> found;
+  double clearest = kClearlyBetterPlace;
+  for (std::size_t pipe = 0; pipe < model_.pipes.size(); ++pipe) {
+    if (!outcome.belief.offsets.unplaced[pipe]) {
+      continue;
+    }
+    TrackBelief around = outcome.belief;
+    around.covariance(kY, kY) += around.anchor_variance;
+    around.offsets.unplaced[pipe] = false;
+    find_places(image, around, around.T_rack_camera, around.covariance);
+    const std::vector<PipePlace> candidates = places_[pipe];
+    for (std::size_t other = 0; other < places_.size(); ++other) {
+      if (other != pipe && !places_[other].empty()) {
+        places_[other].assign(1, {around.offsets.mean[other], 0});
+      }
+    }
+    tried_.clear();
+    StepOutcome tried;
+    for (const PipePlace& candidate : candidates) {
+      places_[pipe].assign(1, candidate);
+      consider_places(image, around, around.T_rack_camera, 1, tried);
+    }
+    if (tried_.empty()) {
+      continue;
+    }
+    const TriedStart best = *std::ranges::max_element(tried_, {}, &TriedStart::merit);
+    double next = best.merit - kMostClear;
+    for (const TriedStart& other : tried_) {
+      if (std::abs(other.offsets[pipe] - best.offsets[pipe]) > kAnotherPlace) {
+        next = std::max(next, other.merit);
+      }
+    }
+    (void)try_start(image, around, best.start, tried);
+    if (tried.solved && best.merit - next > clearest &&
+        tried.pipes[pipe].found >=
+            kSupportedShare * std::max(kJudgedSamples, tried.pipes[pipe].searched)) {
+      clearest = best.merit - next;
+      found = FoundPipe{pipe, best.offsets[pipe]};
+    }
+  }
+  points_.clear();
+  matches_.clear();
+  return found;
 }
 
 bool TrackStep::are_probable(const OffsetBelief& found, const OffsetBelief& believed) const {
@@ -85,11 +138,8 @@ double TrackStep::misplace(TrackBelief& around) {
   pose.offsets.covariance.setZero();
   pose.covariance.row(kY).setZero();
   pose.covariance.col(kY).setZero();
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].id.kind == EdgeKind::kPipe &&
-        range_of(edges_[i], normals_[i], pose) > kKnownPose) {
-      return 0;
-    }
+  if (farthest_of_pipes(pose) > kKnownPose) {
+    return 0;
   }
   bool widened = false;
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
@@ -188,7 +238,7 @@ void TrackStep::look_beside_places(const ImageView& image, const TrackBelief& ar
         best = best_of_them();
       }
     }
-    if (best.merit < first.merit + kClearlyBetterPlace) {
+    if (best.merit < first.merit + kClearlyBetterNear) {
       return;
     }
   }
@@ -230,23 +280,45 @@ void TrackStep::find_with_offsets(const ImageView& image, const TrackBelief& aro
 }
 
 bool TrackStep::is_rival(const TriedStart& best, const TriedStart& other) const {
-  const bool supported = std::ranges::any_of(
-      edges_, [](const VisibleEdge& edge) { return edge.id.kind == EdgeKind::kSupport; });
-  const double clearly_better = supported ? kClearlyBetterPlace : kClearlyBetterAlone;
   const double pose = apart(best.found, other.found);
   if (pose >= kDistinct) {
     return other.merit > best.merit - kClearlyBetterPose;
   }
-  if (pose >= kDistinctPose) {
-    return other.merit > best.merit - clearly_better;
+  const bool supported = std::ranges::any_of(
+      edges_, [](const VisibleEdge& edge) { return edge.id.kind == EdgeKind::kSupport; });
+  return pose >= kDistinctPose &&
+         other.merit > best.merit - (supported ? kClearlyBetterNear : kClearlyBetterAlone);
+}
+
+std::bitset<kMaxPipes> TrackStep::in_doubt(const TriedStart& best) const {
+  const double pixel =
+      std::max(kLeastHeight, best.found.translation().z()) / camera_.matrix()(0, 0);  // m
+  std::bitset<kMaxPipes> result;
+  for (const TriedStart& other : tried_) {
+    for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+      result[i] = result[i] || (other.merit > best.merit - kClearlyBetterPlace &&
+                                std::abs(best.offsets[i] - other.offsets[i]) >= kDistinct * pixel);
+    }
   }
-  double farthest = 0;
-  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-    farthest = std::max(farthest, std::abs(best.offsets[i] - other.offsets[i]));
+  return result;
+}
+
+bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& believed,
+                                     const TrackBelief& misplaced, StepOutcome& outcome) {
+  const std::optional<TriedStart> best = clear_best(&TrackStep::is_rival);
+  if (!best) {
+    return false;
   }
-  const double pixels =
-      farthest * camera_.matrix()(0, 0) / std::max(kLeastHeight, best.found.translation().z());
-  return pixels >= kDistinct && other.merit > best.merit - clearly_better;
+  const StepOutcome refused = outcome;
+  TrackBelief around = best->start.offsets ? misplaced : believed;
+  around.offsets.unplaced = in_doubt(*best);
+  declare_start(image, around, best->start, outcome);
+  if (!outcome.solved) {
+    outcome = refused;
+    return false;
+  }
+  outcome.places_searched = true;
+  return best->start.offsets.has_value();
 }
 
 }  // namespace pipescout::rack_vision

@@ -155,13 +155,16 @@ void TrackStep::set_velocity(const TrackBelief& before) {
 
 UncertainView TrackStep::view(const TrackBelief& belief) const {
   return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
-          std::span(belief.offsets.mean).first(model_.pipes.size())};
+          std::span(belief.offsets.mean).first(model_.pipes.size()), belief.offsets.unplaced};
 }
 
 void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets) {
   const geometry::SE3 T_camera_rack = T_rack_camera.inverse();
   renderer_.render(model_, std::span(offsets.mean).first(model_.pipes.size()), camera_,
                    T_camera_rack, edges_);
+  std::erase_if(edges_, [&offsets](const VisibleEdge& edge) {
+    return edge.id.kind == EdgeKind::kPipe && offsets.unplaced[edge.id.body];
+  });
   normals_.clear();
   for (const VisibleEdge& edge : edges_) {
     Pipe const* pipe = edge.id.kind == EdgeKind::kPipe ? &model_.pipes[edge.id.body] : nullptr;
@@ -331,9 +334,11 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
   return solve(belief, free.covariance, belief.T_rack_camera, belief.offsets, false);
 }
 
-void TrackStep::find(const ImageView& image, const TrackBelief& before, StepOutcome& outcome) {
-  map_error_ = before.map;
-  set_velocity(before);
+void TrackStep::find(const ImageView& image, const TrackBelief& believed, StepOutcome& outcome) {
+  map_error_ = believed.map;
+  set_velocity(believed);
+  TrackBelief before = believed;
+  unplace_far(before);
   render(before.T_rack_camera, before.offsets);
   if (map_.size() > 0 && is_wide(before)) {
     TrackBelief around = before;

@@ -31,6 +31,9 @@ inline constexpr double kRelativeVariance = 1e-6;
 
 /// px to either side of an edge where it is rendered.
 inline constexpr double kLeastRange = 3.0;
+/// px, three deviations of an offset: beyond it nothing of a pipe is to be seen where it is
+/// believed.
+inline constexpr double kFarFromBelieved = 30;
 inline constexpr int kEnoughProven = 10;  ///< points
 
 /// What is believed before or after an image.
@@ -65,10 +68,17 @@ struct StepOutcome {
   /// m, one sigma, above 0 where pipes lie farther from where they were believed than was said: the
   /// prior with which their offsets were found.
   double misplaced_by = 0;
+  bool places_searched = false;  ///< of pipes, at a start
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   double inlier_share = 0;
   int iterations = 0;
   int edge_samples = 0;
+};
+
+/// Where a pipe was found.
+struct FoundPipe {
+  std::size_t pipe = 0;
+  double offset = 0;  ///< m
 };
 
 /// After a wide search a few points that agree are not enough.
@@ -109,6 +119,10 @@ class TrackStep {
   /// `learn`.
   [[nodiscard]] bool find_anew(const ImageView& image, const OffsetBelief& offsets,
                                StepOutcome& outcome);
+  /// Of the pipes that are unplaced, the one whose place the last image, whose outcome this is,
+  /// tells best. Nothing when it tells none. Call it after `learn`.
+  [[nodiscard]] std::optional<FoundPipe> find_unplaced(const ImageView& image,
+                                                       const StepOutcome& outcome);
   /// A camera of the same size, from the next image on.
   void set_camera(const geometry::Camera& camera);
 
@@ -137,6 +151,8 @@ class TrackStep {
   };
   void find_by(const ImageView& image, const TrackBelief& before, Along along,
                StepOutcome& outcome);
+  /// How far contours of pipes may be from where they are rendered, px.
+  [[nodiscard]] double farthest_of_pipes(const TrackBelief& belief) const;
   /// Whether contours of pipes may be so far from where they are expected that others are nearer.
   [[nodiscard]] bool is_wide(const TrackBelief& belief) const;
   bool find_edges(const ImageView& image, const TrackBelief& belief, Along along);
@@ -193,15 +209,22 @@ class TrackStep {
   void look_beside_the_best(const ImageView& image, const TrackBelief& around,
                             StepOutcome& outcome);
   using Rivalry = bool (TrackStep::*)(const TriedStart& best, const TriedStart& other) const;
-  /// Takes the best of tried_ that explains the image, if no other one is a rival. Those with
-  /// offsets were tried around `misplaced`, the others around `believed`. Returns whether it is one
-  /// with offsets.
-  bool declare_start(const ImageView& image, const TrackBelief& before, const TrackBelief& believed,
-                     const TrackBelief& misplaced, Rivalry rivals, StepOutcome& outcome);
+  /// The best of tried_ that explains the image, if no other one is a rival.
+  [[nodiscard]] std::optional<TriedStart> clear_best(Rivalry rivals) const;
   /// Another place of the camera that explains the image about as well.
   [[nodiscard]] bool is_elsewhere(const TriedStart& best, const TriedStart& other) const;
-  /// The same of camera and pipes together.
+  /// The same where pipes may lie elsewhere too.
   [[nodiscard]] bool is_rival(const TriedStart& best, const TriedStart& other) const;
+  /// The outcome of this start.
+  void declare_start(const ImageView& image, const TrackBelief& around, const StartGuess& start,
+                     StepOutcome& outcome);
+  /// The outcome of the best start, if the pose is clear, without the pipes whose place is not.
+  /// Starts with offsets were tried around `misplaced`, the others around `believed`. Returns
+  /// whether it is one with offsets.
+  bool declare_with_offsets(const ImageView& image, const TrackBelief& believed,
+                            const TrackBelief& misplaced, StepOutcome& outcome);
+  /// Pipes that lie elsewhere in another one of tried_ that explains the image about as well.
+  [[nodiscard]] std::bitset<kMaxPipes> in_doubt(const TriedStart& best) const;
   /// The pipes are about where they are believed.
   void find_at_offsets(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
   /// Pose and offsets together: each pipe is looked for where its contours line up with the image.
@@ -219,15 +242,17 @@ class TrackStep {
   double contrast_along(const ImageView& image, const geometry::SE3& T_rack_camera);
   /// Of the pipes that are looked for, those that are found.
   [[nodiscard]] double supported_share(const StepOutcome& outcome) const;
-  /// Whether, for all that is believed of a pipe's offset, its contours may be nearer to others
-  /// than to where they are looked for.
-  [[nodiscard]] bool offsets_are_unknown(const TrackBelief& around);
+  /// How far contours may be from where they are expected for what is unknown of the offsets, px.
+  [[nodiscard]] double farthest_by_offsets(const TrackBelief& around);
   /// Whether offsets that were found are where they were believed to be.
   [[nodiscard]] bool are_probable(const OffsetBelief& found, const OffsetBelief& believed) const;
   /// Widens what is believed of the offsets, for a rack file that is wrong; returns the deviation,
   /// m. 0, and nothing changes, where it is as wide already or where the pose is not known well
   /// enough to look for pipes that lie elsewhere.
   double misplace(TrackBelief& around);
+  /// Pipes that are farther from where they are believed than contours can be told apart are
+  /// unplaced from here on.
+  void unplace_far(TrackBelief& belief);
   /// Fills places_ for a camera at this pose, whose errors have this covariance.
   void find_places(const ImageView& image, const TrackBelief& around,
                    const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);

@@ -14,6 +14,7 @@ namespace {
 using test::draw;
 using test::drawn_camera;
 using test::drawn_pose;
+using test::drawn_rack;
 using test::DrawnImage;
 using test::rack_on_a_beam;
 
@@ -110,6 +111,45 @@ TEST(TrackStart, FindsPipesThatMayLieAnywhere) {
   const Start start(moved(rack_on_a_beam(), kOffsets), rack_on_a_beam(), {.offset = 0.2},
                     {0.008, -0.006, 0.01});
   expect_pose_and_offsets(start.result, kOffsets);
+}
+
+/// A pipe that lies elsewhere, and another one beside it that looks like it.
+constexpr std::array kBeside{0.0, 0.0, 0.0, -0.06};  // m
+
+RackModel with_another_pipe() {
+  RackModel drawn = moved(drawn_rack(), kBeside);
+  drawn.pipes.push_back(drawn_rack().pipes[3]);
+  drawn.pipes.back().name = "another";
+  drawn.pipes.back().start.x() += 0.15;
+  return drawn;
+}
+
+TEST(TrackStart, DoesWithoutAPipeThatMayBeEitherOfTwo) {
+  constexpr double kOffset = 0.15;  // m
+  const Start start(with_another_pipe(), drawn_rack(), {.offset = kOffset});
+  ASSERT_EQ(start.result.status, TrackStatus::kTracking) << start.result.reason;
+  const Eigen::Vector3d error =
+      start.result.T_rack_camera.translation() - camera_pose().translation();
+  EXPECT_LT(error.norm(), 0.02);
+  EXPECT_EQ(start.result.offset_observed[3], 0);
+  EXPECT_NEAR(std::sqrt(start.result.offset_variances[3]), kOffset, 1e-6);
+}
+
+TEST(TrackStart, PlacesAPipeOnceOnlyOnePlaceIsLeft) {
+  Start start(with_another_pipe(), drawn_rack(), {.offset = 0.15});
+  ASSERT_EQ(start.result.offset_observed[3], 0);
+  RackTrackerResult result;
+  for (int i = 1; i <= 12; ++i) {
+    const geometry::SE3 T_rack_camera = drawn_pose(0.85 + 0.001 * i, 4.0 + 0.004 * i, kHeight, 0.0);
+    const DrawnImage image = draw(moved(drawn_rack(), kBeside), drawn_camera(), T_rack_camera);
+    result = start.tracker.track(image.view(), 0.04 * i);
+    ASSERT_EQ(result.status, TrackStatus::kTracking) << i << ": " << result.reason;
+    const Eigen::Vector3d error = result.T_rack_camera.translation() - T_rack_camera.translation();
+    EXPECT_LT(error.norm(), 0.02) << i;
+  }
+  EXPECT_NE(result.offset_observed[3], 0);
+  EXPECT_NEAR(result.offsets[3], kBeside[3], 0.01);
+  EXPECT_LT(std::sqrt(result.offset_variances[3]), 0.01);
 }
 
 }  // namespace

@@ -89,6 +89,8 @@ using OffsetMatrix =
 struct OffsetBelief {
   std::array<double, kMaxPipes> mean{};
   OffsetMatrix covariance = OffsetMatrix::Zero();
+  /// Pipes that may lie at one of several places: they are looked for nowhere until one is left.
+  std::bitset<kMaxPipes> unplaced;
 };
 
 /// Focal length f_c and centre u_0, v_0, pixels, and their covariance. Exact for a camera without

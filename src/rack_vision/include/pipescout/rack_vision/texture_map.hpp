@@ -54,6 +54,7 @@ struct UncertainView {
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
   double anchor_variance = 0;  ///< m^2
   PipeOffsets offsets;
+  std::bitset<kMaxPipes> unplaced;  ///< as in OffsetBelief: no points are added on them
 };
 
 /// A point searched in an image.
