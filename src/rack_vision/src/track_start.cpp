@@ -49,7 +49,6 @@ constexpr double kLeastOfReference = 0.35;      // share of its samples found
 constexpr double kLeastOfReferenceAlone = 0.5;  // where it alone says where all pipes lie
 constexpr int kJudgedSamples = 20;
 constexpr double kContrastWeight = 0.25;  // the samples that were found have seen some of it
-constexpr double kLeastSupported = 0.5;   // of the pipes in view: where they are believed
 // Log-likelihood of a sample against one that lies anywhere: of 0.75 found against 0.35, of 0.25
 // missed against 0.65.
 constexpr double kFound = 0.76;
@@ -327,13 +326,14 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   }
   double misplaced = 0;
   bool likely = true;
-  for (std::size_t i = 0; start.offsets && i < model_.pipes.size(); ++i) {
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
     const auto pipe = static_cast<Eigen::Index>(i);
     const double variance = around.offsets.covariance(pipe, pipe);
     const double offset = outcome.belief.offsets.mean[i] - around.offsets.mean[i];
     if (variance > 0) {
       misplaced += offset * offset / variance;
-      likely = likely && offset * offset <= kFarthestPlace * kFarthestPlace * variance;
+      likely = likely &&
+               (!start.offsets || offset * offset <= kFarthestPlace * kFarthestPlace * variance);
     }
   }
   const double share = found_share(outcome.evidence);

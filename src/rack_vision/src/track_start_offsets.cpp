@@ -195,6 +195,7 @@ double TrackStep::supported_share(const StepOutcome& outcome) const {
       ++searched;
       supported += pipe.found >= kSupportedShare * pipe.searched ? 1 : 0;
     }
+    searched += outcome.belief.offsets.unplaced[i] ? 1 : 0;
   }
   return searched > 0 ? static_cast<double>(supported) / searched : 1.0;
 }
@@ -313,7 +314,7 @@ bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& 
   TrackBelief around = best->start.offsets ? misplaced : believed;
   around.offsets.unplaced = in_doubt(*best);
   declare_start(image, around, best->start, outcome);
-  if (!outcome.solved) {
+  if (!outcome.solved || supported_share(outcome) < kLeastSupported) {
     outcome = refused;
     return false;
   }

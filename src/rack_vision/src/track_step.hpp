@@ -34,7 +34,8 @@ inline constexpr double kLeastRange = 3.0;
 /// px, three deviations of an offset: beyond it nothing of a pipe is to be seen where it is
 /// believed.
 inline constexpr double kFarFromBelieved = 30;
-inline constexpr int kEnoughProven = 10;  ///< points
+inline constexpr double kLeastSupported = 0.5;  ///< of the pipes in view: where they are believed
+inline constexpr int kEnoughProven = 10;        ///< points
 
 /// What is believed before or after an image.
 struct TrackBelief {
@@ -240,7 +241,7 @@ class TrackStep {
   /// How strong the mean step in grey level across the contours at this pose is, which were
   /// rendered last: texture has candidates there too, but none. A log-likelihood.
   double contrast_along(const ImageView& image, const geometry::SE3& T_rack_camera);
-  /// Of the pipes that are looked for, those that are found.
+  /// Of the pipes in view those that are found; those that are unplaced are not.
   [[nodiscard]] double supported_share(const StepOutcome& outcome) const;
   /// How far contours may be from where they are expected for what is unknown of the offsets, px.
   [[nodiscard]] double farthest_by_offsets(const TrackBelief& around);
