@@ -326,18 +326,17 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
   }
   double misplaced = 0;
   bool likely = true;
-  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+  for (std::size_t i = 0; start.offsets && i < model_.pipes.size(); ++i) {
     const auto pipe = static_cast<Eigen::Index>(i);
     const double variance = around.offsets.covariance(pipe, pipe);
     const double offset = outcome.belief.offsets.mean[i] - around.offsets.mean[i];
     if (variance > 0) {
       misplaced += offset * offset / variance;
-      likely = likely &&
-               (!start.offsets || offset * offset <= kFarthestPlace * kFarthestPlace * variance);
+      likely = likely && offset * offset <= kFarthestPlace * kFarthestPlace * variance;
     }
   }
   const double share = found_share(outcome.evidence);
-  const double contrast = kContrastWeight * contrast_along(image, found);
+  const double contrast = start.offsets ? kContrastWeight * contrast_along(image, found) : 0.0;
   tried_.push_back(
       {.start = start,
        .found = found,
@@ -394,36 +393,39 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   refused.status = PoseStatus::kTooFewInliers;
   around.offsets.unplaced.reset();
   tried_.clear();
-  const double from_believed = farthest_by_offsets(around);
   TrackBelief misplaced = around;
   const double deviation = misplace(misplaced);
-  if (from_believed <= kWideRange) {
-    find_at_offsets(image, around, outcome);
-    const std::optional<TriedStart> best = clear_best(&TrackStep::is_elsewhere);
-    if (best) {
-      declare_start(image, around, best->start, outcome);
-      if (are_probable(outcome.belief.offsets, around.offsets) &&
-          supported_share(outcome) >= kLeastSupported) {
-        return;
-      }
+  if (farthest_by_offsets(around) <= kFarFromBelieved) {
+    const bool found = start_at_offsets(image, around, outcome);
+    if (found && are_probable(outcome.belief.offsets, around.offsets) &&
+        supported_share(outcome) >= kLeastSupported) {
+      return;
     }
     tried_.clear();
     if (deviation == 0) {
       outcome = refused;
       return;
     }
-    if (best) {
+    if (found) {
       consider_start(image, misplaced, {outcome.belief.T_rack_camera, outcome.belief.offsets.mean},
                      outcome);
     }
-  } else if (from_believed <= kFarFromBelieved) {
-    find_at_offsets(image, around, outcome);
   }
   find_with_offsets(image, misplaced, outcome);
   outcome = refused;
-  if (declare_with_offsets(image, around, misplaced, outcome)) {
+  if (declare_with_offsets(image, misplaced, outcome)) {
     outcome.misplaced_by = deviation;
   }
+}
+
+bool TrackStep::start_at_offsets(const ImageView& image, const TrackBelief& around,
+                                 StepOutcome& outcome) {
+  find_at_offsets(image, around, outcome);
+  const std::optional<TriedStart> best = clear_best(&TrackStep::is_elsewhere);
+  if (best) {
+    declare_start(image, around, best->start, outcome);
+  }
+  return best && outcome.solved;
 }
 
 void TrackStep::find_at_offsets(const ImageView& image, const TrackBelief& around,

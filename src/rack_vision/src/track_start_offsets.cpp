@@ -304,14 +304,14 @@ std::bitset<kMaxPipes> TrackStep::in_doubt(const TriedStart& best) const {
   return result;
 }
 
-bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& believed,
-                                     const TrackBelief& misplaced, StepOutcome& outcome) {
+bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& misplaced,
+                                     StepOutcome& outcome) {
   const std::optional<TriedStart> best = clear_best(&TrackStep::is_rival);
   if (!best) {
     return false;
   }
   const StepOutcome refused = outcome;
-  TrackBelief around = best->start.offsets ? misplaced : believed;
+  TrackBelief around = misplaced;
   around.offsets.unplaced = in_doubt(*best);
   declare_start(image, around, best->start, outcome);
   if (!outcome.solved || supported_share(outcome) < kLeastSupported) {
@@ -319,7 +319,7 @@ bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& 
     return false;
   }
   outcome.places_searched = true;
-  return best->start.offsets.has_value();
+  return true;
 }
 
 }  // namespace pipescout::rack_vision

@@ -219,11 +219,13 @@ class TrackStep {
   /// The outcome of this start.
   void declare_start(const ImageView& image, const TrackBelief& around, const StartGuess& start,
                      StepOutcome& outcome);
+  /// The outcome of the best start with the pipes about where they are believed. Returns whether
+  /// there is one.
+  bool start_at_offsets(const ImageView& image, const TrackBelief& around, StepOutcome& outcome);
   /// The outcome of the best start, if the pose is clear, without the pipes whose place is not.
-  /// Starts with offsets were tried around `misplaced`, the others around `believed`. Returns
-  /// whether it is one with offsets.
-  bool declare_with_offsets(const ImageView& image, const TrackBelief& believed,
-                            const TrackBelief& misplaced, StepOutcome& outcome);
+  /// `misplaced`: what they were tried around. Returns whether there is one.
+  bool declare_with_offsets(const ImageView& image, const TrackBelief& misplaced,
+                            StepOutcome& outcome);
   /// Pipes that lie elsewhere in another one of tried_ that explains the image about as well.
   [[nodiscard]] std::bitset<kMaxPipes> in_doubt(const TriedStart& best) const;
   /// The pipes are about where they are believed.
