@@ -59,7 +59,7 @@ double TrackStep::farthest_by_offsets(const TrackBelief& around) {
   return farthest_of_pipes(offsets);
 }
 
-void TrackStep::unplace_far(TrackBelief& belief) {
+void TrackStep::render_placed(TrackBelief& belief) {
   render(belief.T_rack_camera, belief.offsets);
   TrackBelief offsets = belief;
   offsets.covariance.setZero();
@@ -68,6 +68,9 @@ void TrackStep::unplace_far(TrackBelief& belief) {
         range_of(edges_[i], normals_[i], offsets) > kFarFromBelieved) {
       belief.offsets.unplaced.set(edges_[i].id.body);
     }
+  }
+  if (belief.offsets.unplaced != offsets.offsets.unplaced) {
+    render(belief.T_rack_camera, belief.offsets);
   }
 }
 

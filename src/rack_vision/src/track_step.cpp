@@ -338,8 +338,7 @@ void TrackStep::find(const ImageView& image, const TrackBelief& believed, StepOu
   map_error_ = believed.map;
   set_velocity(believed);
   TrackBelief before = believed;
-  unplace_far(before);
-  render(before.T_rack_camera, before.offsets);
+  render_placed(before);
   if (map_.size() > 0 && is_wide(before)) {
     TrackBelief around = before;
     around.covariance(kY, kY) += before.anchor_variance;

@@ -253,9 +253,9 @@ class TrackStep {
   /// m. 0, and nothing changes, where it is as wide already or where the pose is not known well
   /// enough to look for pipes that lie elsewhere.
   double misplace(TrackBelief& around);
-  /// Pipes that are farther from where they are believed than contours can be told apart are
-  /// unplaced from here on.
-  void unplace_far(TrackBelief& belief);
+  /// Renders what is believed. Pipes that are farther from where they are believed than contours
+  /// can be told apart are unplaced from here on.
+  void render_placed(TrackBelief& belief);
   /// Fills places_ for a camera at this pose, whose errors have this covariance.
   void find_places(const ImageView& image, const TrackBelief& around,
                    const geometry::SE3& T_rack_camera, const geometry::Matrix6d& covariance);
