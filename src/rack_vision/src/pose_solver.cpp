@@ -333,6 +333,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   solution.pose_by_intrinsics.setZero();
   solution.map_error.reset();
   solution.covariance_by_offsets.setZero();
+  solution.edge_information.setZero();
   solution.covariance.setZero();
   solution.covariance.diagonal().head<3>().setConstant(parameters_.largest_position_deviation *
                                                        parameters_.largest_position_deviation);

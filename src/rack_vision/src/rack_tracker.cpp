@@ -8,6 +8,7 @@
 #include "image_check.hpp"
 #include "intrinsics_memory.hpp"
 #include "offset_memory.hpp"
+#include "pipescout/linear_algebra/products.hpp"
 #include "pose_belief.hpp"
 #include "track_step.hpp"
 #include "view_change.hpp"
@@ -266,11 +267,13 @@ class RackTracker::Implementation {
       offsets_.widen(outcome_.misplaced_by);
     }
     if (starting_) {
-      probation_ = outcome_.places_searched ? kProbationOfPlaces : kProbation;
+      places_searched_ = outcome_.places_searched;
+      probation_ = places_searched_ ? kProbationOfPlaces : kProbation;
       covariance_at_start_ = pose_.covariance();
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
+    covariance_by_edges_ = places_searched_ ? covariance_by_edges() : Matrix6d(Matrix6d::Zero());
     offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
     state_ = TrackStatus::kTracking;
     starting_ = false;
@@ -288,6 +291,13 @@ class RackTracker::Implementation {
     improve_camera();
     fill(result);
     result.quality = quality();
+  }
+
+  /// Of a pose over pipes that were found with it, of which little else is known. What shading
+  /// moves a contour by it moves it by in every image: the sum of them tells no more than one.
+  [[nodiscard]] Matrix6d covariance_by_edges() const {
+    const Matrix6d before = linear_algebra::inverse(covariance_at_start_);
+    return linear_algebra::inverse<6>(outcome_.edge_information + before);
   }
 
   /// Those that the start could not place, once the view tells.
@@ -383,7 +393,7 @@ class RackTracker::Implementation {
     result.T_rack_camera = pose_.pose();
     result.covariance = kCovarianceFactor * pose_.covariance() +
                         std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
-    result.covariance += outcome_.covariance_by_offsets;
+    result.covariance += outcome_.covariance_by_offsets + covariance_by_edges_;
     result.covariance(1, 1) += anchor_variance_;
     if (parameters_.estimate_intrinsics) {
       result.covariance +=
@@ -410,6 +420,8 @@ class RackTracker::Implementation {
   int probation_ = 0;      ///< images that still have to bear it out as well as the first one
   ViewChange view_;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
+  bool places_searched_ = false;                     ///< by the start
+  Matrix6d covariance_by_edges_ = Matrix6d::Zero();
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images
   int since_placed_ = 0;   ///< the same

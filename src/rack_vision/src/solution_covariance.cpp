@@ -130,15 +130,21 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       }
     }
   }
+  solution.edge_information = equations.edge_information.topLeftCorner<6, 6>();
   if (layout.offset_count > 0) {
     const int n = layout.offset_count;
-    geometry::Matrix6d edges_of_pose = equations.edge_information.topLeftCorner<6, 6>();
+    const SystemMatrix with_offsets =
+        equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n);
+    geometry::Matrix6d edges_of_pose = solution.edge_information;
     edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
-    const SystemMatrix by_offsets = solve_columns(
-        edges_of_pose, equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n));
+    const SystemMatrix by_offsets = solve_columns(edges_of_pose, with_offsets);
     const SystemMatrix of_offsets = covariance.block(kPoseUnknowns, kPoseUnknowns, n, n);
     solution.covariance_by_offsets =
         product(product(by_offsets, of_offsets), by_offsets.transpose());
+    const SystemMatrix offset_information =
+        (equations.edge_information + prior).block(kPoseUnknowns, kPoseUnknowns, n, n);
+    solution.edge_information -=
+        product(with_offsets, solve_columns(offset_information, with_offsets.transpose()));
   }
   if (layout.map_error >= 0) {
     const int k = layout.map_error;

@@ -432,6 +432,7 @@ void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.belief.anchor_variance = anchor_variance;
   outcome.offset_observed = solution_.offset_observed;
   outcome.covariance_by_offsets = solution_.covariance_by_offsets;
+  outcome.edge_information = solution_.edge_information;
   outcome.inlier_share = solution_.inlier_share;
   outcome.iterations = solution_.iterations;
   outcome.edge_samples = static_cast<int>(samples_.size());

@@ -71,6 +71,7 @@ struct StepOutcome {
   double misplaced_by = 0;
   bool places_searched = false;  ///< of pipes, at a start
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
+  geometry::Matrix6d edge_information = geometry::Matrix6d::Zero();  ///< as in PoseSolution
   double inlier_share = 0;
   int iterations = 0;
   int edge_samples = 0;

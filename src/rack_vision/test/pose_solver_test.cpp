@@ -317,6 +317,34 @@ TEST(PoseSolver, ASharedErrorOfEdgesBoundsWhatManySamplesSay) {
   EXPECT_GT(second(0, 0), 10 * first(0, 0));
 }
 
+TEST(PoseSolver, WhatTheEdgesSayHasNothingOfThePriorButTheOffsets) {
+  const RackModel model = test::row_rack(4);
+  PoseSolver solver(model);
+  Engine engine(11);
+  const SE3 truth = test::above();
+  const auto texture = test::texture(model, 8, engine);
+  const Features features = test::measure(model, {}, texture, truth, {.sigma = 1}, engine);
+  PoseProblem problem = features.problem(truth);
+  problem.points = {};
+  const PoseSolution alone = solve(solver, problem);
+  PosePrior prior{.T_camera_rack = truth};
+  prior.information.diagonal().setConstant(1e8);
+  problem.pose_prior = prior;
+  problem.points = features.points;
+  const PoseSolution with_others = solve(solver, problem);
+  const Matrix6d& said = alone.edge_information;
+  EXPECT_LT((with_others.edge_information - said).norm(), 0.05 * said.norm());
+  Matrix6d with_along = said;
+  with_along(1, 1) += 1;  // of which the edges say nothing
+  EXPECT_NEAR(alone.covariance(2, 2) / with_along.inverse()(2, 2), 1, 0.2);
+  for (int i = 1; i < 4; ++i) {
+    problem.offsets.covariance(i, i) = 0.1 * 0.1;
+  }
+  const PoseSolution anywhere = solve(solver, problem);
+  EXPECT_LT(anywhere.edge_information(0, 0), 0.6 * said(0, 0));
+  EXPECT_GT(anywhere.edge_information(0, 0), 0.0);
+}
+
 TEST(PoseSolver, BadInputIsAStatus) {
   const RackModel model = test::row_rack(3);
   PoseSolver solver(model);

@@ -152,5 +152,26 @@ TEST(TrackStart, PlacesAPipeOnceOnlyOnePlaceIsLeft) {
   EXPECT_LT(std::sqrt(result.offset_variances[3]), 0.01);
 }
 
+/// Stated of the height, m, one sigma, after the camera has seen other views.
+double deviation_after_flight(Start& start, const RackModel& drawn) {
+  constexpr int kImages = 30;
+  constexpr double kWay = 0.06;  // m, an image
+  RackTrackerResult result = start.result;
+  for (int i = 1; i <= kImages; ++i) {
+    const geometry::SE3 T_rack_camera = drawn_pose(0.85, 4.0 + kWay * i, kHeight, 0.0);
+    result = start.tracker.track(draw(drawn, drawn_camera(), T_rack_camera).view(), 0.04 * i);
+    EXPECT_EQ(result.status, TrackStatus::kTracking) << i << ": " << result.reason;
+  }
+  return std::sqrt(result.covariance(2, 2));
+}
+
+TEST(TrackStart, ManyImagesDoNotMakeCertainWhatRestsOnPipesThatWereSearched) {
+  const RackModel drawn = moved(rack_on_a_beam(), {0.0, -0.055, 0.05, 0.02});
+  Start where_they_are(drawn, drawn, {.offset = 0.01});
+  Start searched(drawn, rack_on_a_beam(), {.offset = 0.01});
+  EXPECT_GT(deviation_after_flight(searched, drawn),
+            1.5 * deviation_after_flight(where_they_are, drawn));
+}
+
 }  // namespace
 }  // namespace pipescout::rack_vision

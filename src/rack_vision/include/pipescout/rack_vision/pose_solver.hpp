@@ -205,6 +205,8 @@ struct PoseSolution {
   /// Covariance of the pose due to errors of the offsets, for edges like those of this image, m and
   /// rad. It does not average out over images.
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
+  /// Of the pose, by the edges of this image alone; of the offsets it has what was believed.
+  geometry::Matrix6d edge_information = geometry::Matrix6d::Zero();
   std::optional<IntrinsicsBelief> intrinsics{};
   std::optional<MapErrorSolution> map_error{};  ///< when it is estimated
   /// If the intrinsics are estimated: derivative of the pose with respect to them, form as above,
