@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <locale>
+#include <numbers>
 #include <sstream>
 
 #include "section_overlap.hpp"
@@ -72,6 +73,22 @@ void check_radii(const Place& place, const std::vector<RadiusAt>& radii) {
                 "above 0 m: it is the length of the pipe");
 }
 
+void check_shape_deviation(const Place& place, const Pipe& pipe) {
+  // Three deviations of the radius must leave a pipe.
+  const double radius = pipe.smallest_radius() / 3;
+  const ShapeDeviation& shape = pipe.shape_deviation;
+  const auto within = [](double value, double most) { return value >= 0 && value <= most; };
+  place.require(within(shape.height, kMostHeightDeviation), "height_deviation", shape.height,
+                "0 to 0.3 m");
+  place.require(within(shape.direction, kMostDirectionDeviation), "direction_deviation",
+                shape.direction, "0 to 0.1 rad");
+  place.require(within(shape.radius, radius), "radius_deviation", shape.radius,
+                "at least 0 m, and at most a third of the smallest radius");
+  if (shape.height > 0 && std::abs(pipe.direction.z()) > std::numbers::sqrt2 / 2) {
+    place.fail("height_deviation must be 0 for a pipe steeper than 45 degrees");
+  }
+}
+
 void check_pipe(const Place& place, const Pipe& pipe) {
   constexpr const char* kAxes = "xyz";
   for (int axis = 0; axis < 3; ++axis) {
@@ -86,6 +103,7 @@ void check_pipe(const Place& place, const Pipe& pipe) {
   if (pipe.movable && across < 1e-3) {
     place.fail("movable is true; it must be false for a pipe that runs along x");
   }
+  check_shape_deviation(place, pipe);
 }
 
 void check_support(const Place& place, const Support& support) {
@@ -140,6 +158,10 @@ double Pipe::largest_radius() const {
   return std::ranges::max_element(radii, {}, &RadiusAt::radius)->radius;
 }
 
+double Pipe::smallest_radius() const {
+  return std::ranges::min_element(radii, {}, &RadiusAt::radius)->radius;
+}
+
 void RackModel::validate() const {
   if (pipes.empty() || pipes.size() > kMaxPipes) {
     fail_rack("the rack has " + std::to_string(pipes.size()) + " pipes; it must have 1 to " +
@@ -159,6 +181,10 @@ void RackModel::validate() const {
   if (pipes[0].movable) {
     Place{Part::kPipe, 0, pipes[0].name}.fail(
         "movable is true; it must be false for the first pipe, which defines the frame");
+  }
+  if (pipes[0].shape_deviation.any()) {
+    Place{Part::kPipe, 0, pipes[0].name}.fail(
+        "deviations of its shape must be 0 for the first pipe, which defines the frame");
   }
   if (sections.size() > kMaxSections) {
     fail_rack("the rack has " + std::to_string(sections.size()) +

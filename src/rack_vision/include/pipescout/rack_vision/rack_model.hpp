@@ -21,11 +21,22 @@ namespace pipescout::rack_vision {
 inline constexpr std::size_t kMaxPipes = 32;
 inline constexpr std::size_t kMaxSections = 128;  ///< of all pipes together
 inline constexpr std::size_t kMaxSupports = 64;
+inline constexpr double kMostHeightDeviation = 0.3;     ///< m, see ShapeDeviation
+inline constexpr double kMostDirectionDeviation = 0.1;  ///< rad
 
 /// Radius of a pipe at a position along it.
 struct RadiusAt {
   double along = 0;   ///< m from the start of the pipe
   double radius = 0;  ///< m, > 0
+};
+
+/// How far a pipe may be from what the model has, one sigma, beside its offset; 0: not at all.
+struct ShapeDeviation {
+  double height = 0;     ///< m: all of it along rack z
+  double direction = 0;  ///< rad: of the axis about its middle, to each of two sides
+  double radius = 0;     ///< m: of all its radii alike, as insulation does
+
+  [[nodiscard]] bool any() const noexcept { return height > 0 || direction > 0 || radius > 0; }
 };
 
 /// A straight pipe. Its radius is linear between two entries of `radii` (a cylinder where they are
@@ -38,9 +49,12 @@ struct Pipe {
   /// Its offset along rack x may be estimated (equations 23 to 26). The first pipe of a rack
   /// defines the frame and has none; nor has one that runs along x.
   bool movable = true;
+  /// What images are to tell of it. The first pipe has none.
+  ShapeDeviation shape_deviation{};
 
   [[nodiscard]] double length() const { return radii.back().along; }
   [[nodiscard]] double largest_radius() const;
+  [[nodiscard]] double smallest_radius() const;
 };
 
 /// A straight section of a pipe between two entries of `radii`: a cylinder or a truncated cone.
@@ -83,8 +97,11 @@ struct RackModel {
   /// empty or repeated names, values that are not finite, directions that are not unit
   /// vectors (to 1e-6), radii that are not positive or not in order along the pipe, pipes that
   /// intersect, supports without extent, more than kMaxPipes pipes, kMaxSections sections in all or
-  /// kMaxSupports supports, a first pipe that is movable, or a movable one that runs along x. Pipes
-  /// may touch each other, and supports may touch or contain sections of pipes, as a saddle does.
+  /// kMaxSupports supports, a first pipe that is movable, a movable one that runs along x,
+  /// deviations of a shape that are negative or above kMostHeightDeviation, kMostDirectionDeviation
+  /// and the smallest radius over three, those of the first pipe, or a height of a pipe steeper
+  /// than 45 degrees. Pipes may touch each other, and supports may touch or contain sections of
+  /// pipes, as a saddle does.
   void validate() const;
 };
 
