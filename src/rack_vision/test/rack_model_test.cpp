@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 
 #include "rack_scenes.hpp"
 
@@ -69,6 +70,22 @@ struct Mistake {
   const char* message;
 };
 
+/// Each mistake alone, made in `small_rack`.
+void expect_refused(const std::vector<Mistake>& mistakes) {
+  for (const Mistake& mistake : mistakes) {
+    RackModel model = test::small_rack();
+    mistake.make(model);
+    try {
+      model.validate();
+      ADD_FAILURE() << "accepted: " << mistake.message;
+    } catch (const InvalidRack& error) {
+      EXPECT_THAT(error.what(), HasSubstr(mistake.message));
+      EXPECT_EQ(error.part(), mistake.part) << mistake.message;
+      EXPECT_EQ(error.index(), mistake.index) << mistake.message;
+    }
+  }
+}
+
 TEST(RackModel, SaysWhatIsWrongWhere) {
   test::small_rack().validate();
   const std::vector<Mistake> mistakes{
@@ -104,17 +121,75 @@ TEST(RackModel, SaysWhatIsWrongWhere) {
       {[](RackModel& m) { m.pipes[2].start.x() -= 0.11; }, Part::kPipe, 2, "intersects pipe 1 'b'"},
       {[](RackModel& m) { m.pipes[4].start.z() -= 0.001; }, Part::kPipe, 4, "intersects pipe"},
   };
-  for (const Mistake& mistake : mistakes) {
+  expect_refused(mistakes);
+}
+
+TEST(RackModel, AcceptsDeviationsOfTheShapeUpToTheirLimits) {
+  RackModel model = test::small_rack();
+  EXPECT_FALSE(model.pipes[1].shape_deviation.any());
+  const double third = model.pipes[1].smallest_radius() / 3;
+  model.pipes[1].shape_deviation = {
+      .height = kMostHeightDeviation, .direction = kMostDirectionDeviation, .radius = third};
+  model.pipes[4].shape_deviation.height = 0.01;
+  EXPECT_NO_THROW(model.validate());
+  EXPECT_TRUE(model.pipes[1].shape_deviation.any());
+}
+
+TEST(RackModel, SaysWhichDeviationOfAShapeIsWrong) {
+  const std::vector<Mistake> mistakes{
+      {[](RackModel& m) { m.pipes[1].shape_deviation.height = -0.01; }, Part::kPipe, 1,
+       "pipe 1 'b': height_deviation is -0.01; it must be 0 to 0.3 m"},
+      {[](RackModel& m) { m.pipes[1].shape_deviation.height = 0.31; }, Part::kPipe, 1,
+       "pipe 1 'b': height_deviation is 0.31; it must be 0 to 0.3 m"},
+      {[](RackModel& m) { m.pipes[2].shape_deviation.height = kNaN; }, Part::kPipe, 2,
+       "pipe 2 'c': height_deviation is nan"},
+      {[](RackModel& m) { m.pipes[2].shape_deviation.direction = -0.001; }, Part::kPipe, 2,
+       "pipe 2 'c': direction_deviation is -0.001; it must be 0 to 0.1 rad"},
+      {[](RackModel& m) { m.pipes[2].shape_deviation.direction = 0.11; }, Part::kPipe, 2,
+       "pipe 2 'c': direction_deviation is 0.11; it must be 0 to 0.1 rad"},
+      {[](RackModel& m) { m.pipes[3].shape_deviation.direction = kNaN; }, Part::kPipe, 3,
+       "pipe 3 'd': direction_deviation is nan"},
+      {[](RackModel& m) { m.pipes[1].shape_deviation.radius = -0.02; }, Part::kPipe, 1,
+       "pipe 1 'b': radius_deviation is -0.02; it must be at least 0 m"},
+      {[](RackModel& m) { m.pipes[1].shape_deviation.radius = 0.051; }, Part::kPipe, 1,
+       "pipe 1 'b': radius_deviation is 0.051; it must be at least 0 m, and at most a third"},
+      {[](RackModel& m) {
+         m.pipes[3].radii[1].radius = 0.09;  // smaller at its end: that counts
+         m.pipes[3].shape_deviation.radius = 0.04;
+       },
+       Part::kPipe, 3, "pipe 3 'd': radius_deviation is 0.04"},
+      {[](RackModel& m) { m.pipes[1].shape_deviation.radius = kNaN; }, Part::kPipe, 1,
+       "pipe 1 'b': radius_deviation is nan"},
+      {[](RackModel& m) { m.pipes[0].shape_deviation.height = 0.01; }, Part::kPipe, 0,
+       "pipe 0 'a': deviations of its shape must be 0 for the first pipe"},
+      {[](RackModel& m) { m.pipes[0].shape_deviation.direction = 0.01; }, Part::kPipe, 0,
+       "pipe 0 'a': deviations of its shape must be 0 for the first pipe"},
+      {[](RackModel& m) { m.pipes[0].shape_deviation.radius = 0.01; }, Part::kPipe, 0,
+       "pipe 0 'a': deviations of its shape must be 0 for the first pipe"},
+  };
+  expect_refused(mistakes);
+}
+
+TEST(RackModel, HasNoHeightOfAPipeSteeperThan45Degrees) {
+  const auto leaning = [](double degrees) {
+    const double angle = degrees * std::numbers::pi / 180;
     RackModel model = test::small_rack();
-    mistake.make(model);
-    try {
-      model.validate();
-      ADD_FAILURE() << "accepted: " << mistake.message;
-    } catch (const InvalidRack& error) {
-      EXPECT_THAT(error.what(), HasSubstr(mistake.message));
-      EXPECT_EQ(error.part(), mistake.part) << mistake.message;
-      EXPECT_EQ(error.index(), mistake.index) << mistake.message;
-    }
+    model.pipes.push_back({.name = "leaning",
+                           .start = {5, 0, 1},
+                           .direction = {std::cos(angle), 0, -std::sin(angle)},
+                           .radii = {{0, 0.1}, {2, 0.1}},
+                           .movable = false,
+                           .shape_deviation = {.height = 0.02, .direction = 0.01, .radius = 0.01}});
+    return model;
+  };
+  EXPECT_NO_THROW(leaning(44).validate());
+  for (const double degrees : {46.0, 90.0}) {
+    RackModel steep = leaning(degrees);
+    EXPECT_THAT([&steep] { steep.validate(); },
+                ::testing::ThrowsMessage<InvalidRack>(
+                    HasSubstr("pipe 5 'leaning': height_deviation must be 0 for a pipe steeper")));
+    steep.pipes.back().shape_deviation.height = 0;
+    EXPECT_NO_THROW(steep.validate()) << degrees;
   }
 }
 
