@@ -20,6 +20,7 @@ using rack_vision::Pipe;
 using rack_vision::RackModel;
 using rack_vision::RadiusAt;
 using rack_vision::RowPipe;
+using rack_vision::ShapeDeviation;
 using rack_vision::Support;
 
 class RackReader {
@@ -36,6 +37,7 @@ class RackReader {
       model.pipes = rack_vision::row_of_pipes(row_);
       for (std::size_t i = 0; i < model.pipes.size(); ++i) {
         model.pipes[i].movable = row_movable_[i];
+        model.pipes[i].shape_deviation = row_deviations_[i];
       }
       for (const YAML::Node& entry : list(root_, "pipes")) {
         model.pipes.push_back(pipe(entry, model.pipes.empty()));
@@ -130,6 +132,11 @@ class RackReader {
     return result;
   }
 
+  [[nodiscard]] double number_or_zero(const YAML::Node& node, const char* key) const {
+    const YAML::Node value = node[key];
+    return value ? number(value, key) : 0;
+  }
+
   [[nodiscard]] double length(const YAML::Node& node, const std::string& key,
                               bool may_be_zero) const {
     const YAML::Node value = field(node, key);
@@ -184,7 +191,8 @@ class RackReader {
 
   void add_to_row(const YAML::Node& node) {
     check_fields(node, "a pipe of the row",
-                 {"name", "radius", "length", "radii", "gap", "movable"});
+                 {"name", "radius", "length", "radii", "gap", "movable", kHeightDeviation,
+                  kDirectionDeviation, kRadiusDeviation});
     pipe_marks_.push_back(node.Mark());
     RowPipe entry{.name = text(node, "name"), .radii = radii(node)};
     if (node["gap"]) {
@@ -194,12 +202,14 @@ class RackReader {
       entry.gap = length(node, "gap", true);
     }
     row_movable_.push_back(boolean(node, "movable", !row_.empty()));
+    row_deviations_.push_back(shape_deviation(node));
     row_.push_back(std::move(entry));
   }
 
   [[nodiscard]] Pipe pipe(const YAML::Node& node, bool is_first) {
     check_fields(node, "a pipe",
-                 {"name", "start", "direction", "radius", "length", "radii", "movable"});
+                 {"name", "start", "direction", "radius", "length", "radii", "movable",
+                  kHeightDeviation, kDirectionDeviation, kRadiusDeviation});
     Pipe result = body(node);
     const bool is_along_x = std::abs(result.direction.x()) > kAlongX;
     result.movable = boolean(node, "movable", !is_first && !is_along_x);
@@ -207,7 +217,9 @@ class RackReader {
   }
 
   [[nodiscard]] Pipe vessel(const YAML::Node& node) {
-    check_fields(node, "a vessel", {"name", "start", "direction", "radius", "length", "radii"});
+    check_fields(node, "a vessel",
+                 {"name", "start", "direction", "radius", "length", "radii", kHeightDeviation,
+                  kDirectionDeviation, kRadiusDeviation});
     Pipe result = body(node);
     result.movable = false;
     return result;
@@ -222,7 +234,15 @@ class RackReader {
       fail(node["direction"], "direction must not be zero");
     }
     result.direction = direction / norm;
+    result.shape_deviation = shape_deviation(node);
     return result;
+  }
+
+  /// Signs and limits are the model's to check, which knows the pipe.
+  [[nodiscard]] ShapeDeviation shape_deviation(const YAML::Node& node) const {
+    return {.height = number_or_zero(node, kHeightDeviation),
+            .direction = number_or_zero(node, kDirectionDeviation),
+            .radius = number_or_zero(node, kRadiusDeviation)};
   }
 
   [[nodiscard]] Support support(const YAML::Node& node) {
@@ -233,11 +253,15 @@ class RackReader {
 
   static constexpr double kAlongX = 0.99;  ///< such pipes are left where they are unless told to
   inline static const std::string kNone;
+  static constexpr const char* kHeightDeviation = "height_deviation";
+  static constexpr const char* kDirectionDeviation = "direction_deviation";
+  static constexpr const char* kRadiusDeviation = "radius_deviation";
 
   YAML::Node root_;
   const std::string& path_;
   std::vector<RowPipe> row_;
   std::vector<bool> row_movable_;
+  std::vector<ShapeDeviation> row_deviations_;
   std::vector<YAML::Mark> pipe_marks_, support_marks_;
 };
 

@@ -77,6 +77,33 @@ supports: [{name: beam, lowest_corner: [-1, 0, -1], highest_corner: [3, 1, -0.1]
   EXPECT_EQ(model.supports[0].highest_corner, Eigen::Vector3d(3, 1, -0.1));
 }
 
+TEST(RackFile, DeviationsOfShapesArrive) {
+  const RackModel model = parse_rack(R"(row:
+  - {name: a, radius: 0.1, length: 5}
+  - {name: b, radius: 0.1, length: 5, height_deviation: 0.03, radius_deviation: 0.02}
+pipes:
+  - {name: c, start: [2, 0, 0], direction: [0, 1, 0], radius: 0.1, length: 5,
+     direction_deviation: 0.006}
+vessels:
+  - {name: column, start: [-2, 1, 0], direction: [0, 0, 1], radius: 0.5, length: 3,
+     direction_deviation: 0.01, radius_deviation: 0.05}
+  - {name: drum, start: [4, 1, 0], direction: [0, 1, 0], radius: 0.5, length: 3,
+     height_deviation: 0.04}
+)",
+                                     "rack.yaml");
+  ASSERT_EQ(model.pipes.size(), 5U);
+  EXPECT_FALSE(model.pipes[0].shape_deviation.any());
+  EXPECT_EQ(model.pipes[1].shape_deviation.height, 0.03);
+  EXPECT_EQ(model.pipes[1].shape_deviation.direction, 0);
+  EXPECT_EQ(model.pipes[1].shape_deviation.radius, 0.02);
+  EXPECT_EQ(model.pipes[2].shape_deviation.height, 0);
+  EXPECT_EQ(model.pipes[2].shape_deviation.direction, 0.006);
+  EXPECT_EQ(model.pipes[3].shape_deviation.height, 0);
+  EXPECT_EQ(model.pipes[3].shape_deviation.direction, 0.01);
+  EXPECT_EQ(model.pipes[3].shape_deviation.radius, 0.05);
+  EXPECT_EQ(model.pipes[4].shape_deviation.height, 0.04);
+}
+
 void expect_error(const std::string& text, const std::string& where, const std::string& what) {
   try {
     (void)parse_rack(text, "rack.yaml");
@@ -117,6 +144,35 @@ TEST(RackFile, SaysInWhichLineAPipeIsWrong) {
   expect_error("row:\n  - {name: a, radius: 0.1, length: 5, movable: true}\n" +
                    row("{name: b, radius: 0.1, length: 5}").substr(43),
                "2:5", "for the first pipe");
+}
+
+TEST(RackFile, SaysInWhichLineADeviationOfAShapeIsWrong) {
+  expect_error(row("{name: b, radius: 0.1, length: 5, height_deviation: high}"), "3:57",
+               "height_deviation must be a finite number, not 'high'");
+  expect_error(row("{name: b, radius: 0.1, length: 5, direction_deviation: '0.01'}"), "3:60",
+               "direction_deviation must be a finite number");
+  expect_error(row("{name: b, radius: 0.1, length: 5, radius_deviation: [0.01]}"), "3:57",
+               "radius_deviation must be a finite number");
+  expect_error(row("{name: b, radius: 0.1, length: 5, height_deviation: .nan}"), "3:57",
+               "height_deviation must be a finite number");
+  expect_error(row("{name: b, radius: 0.1, length: 5, height_deviation: -0.01}"), "3:5",
+               "pipe 1 'b': height_deviation is -0.01; it must be 0 to 0.3 m");
+  expect_error(row("{name: b, radius: 0.1, length: 5, direction_deviation: 0.2}"), "3:5",
+               "pipe 1 'b': direction_deviation is 0.2; it must be 0 to 0.1 rad");
+  expect_error(row("{name: b, radius: 0.1, length: 5, radius_deviation: 0.05}"), "3:5",
+               "pipe 1 'b': radius_deviation is 0.05; it must be at least 0 m");
+  expect_error("row:\n  - {name: a, radius: 0.1, length: 5, radius_deviation: 0.01}\n", "2:5",
+               "pipe 0 'a': deviations of its shape must be 0 for the first pipe");
+  expect_error(
+      "pipes:\n  - {name: a, start: [0, 0, 0], direction: [0, 1, 0], radius: 0.1, length: "
+      "5, height_deviation: 0.01}\n",
+      "2:5", "for the first pipe");
+  const std::string upright = "{name: v, start: [3, 1, 0], direction: [0, 0, 1], radius: 0.1, ";
+  for (const char* list : {"pipes:", "vessels:"}) {
+    expect_error(row("{name: b, radius: 0.1, length: 5}") + list + "\n  - " + upright +
+                     "length: 2, height_deviation: 0.01}",
+                 "5:5", "pipe 2 'v': height_deviation must be 0 for a pipe steeper than 45");
+  }
 }
 
 TEST(RackFile, SaysInWhichLineRadiiAreWrong) {
