@@ -186,29 +186,22 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
   }
   sample.searched = true;
   BilinearSamples<kMostBeside * kLongestProfile> samples;
-  for (int i = 0; i < length; ++i) {
-    const Eigen::Vector2d at = middle + (span.first + i) * direction;
-    for (int j = -sides; j <= sides; ++j) {
-      samples.add(static_cast<float>(at.x() + j * side.x()),
-                  static_cast<float>(at.y() + j * side.y()));
-    }
+  for (int j = -sides; j <= sides; ++j) {
+    samples.add_line(middle, direction, j * side, span.first, length);
   }
   std::array<float, kMostBeside * kLongestProfile> values;
   samples.read(image, values);
   std::array<float, kLongestProfile> profile;
-  float mean = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(length); ++i) {
-    float sum = 0;
-    for (std::size_t j = 0; j < beside; ++j) {
-      sum += values[i * beside + j];
-    }
-    profile[i] = sum / static_cast<float>(beside);
-    mean += profile[i];
+  Eigen::Map<Eigen::ArrayXf> means(profile.data(), length);
+  means.setZero();
+  for (std::size_t j = 0; j < beside; ++j) {
+    means += Eigen::Map<const Eigen::ArrayXf>(values.data() + j * static_cast<std::size_t>(length),
+                                              length);
   }
-  mean /= static_cast<float>(length);
+  means /= static_cast<float>(beside);
   // Of a value of the profile: what is beyond the usual noise.
   const double noise =
-      noise_.excess(static_cast<double>(mean)) / std::sqrt(static_cast<double>(beside));
+      noise_.excess(static_cast<double>(means.mean())) / std::sqrt(static_cast<double>(beside));
   std::array<float, kLongestProfile> response{};
   for (int j = 0; j < taps; ++j) {
     const float weight = filter_[static_cast<std::size_t>(j)];
@@ -218,10 +211,8 @@ void EdgeSearch::candidates_along(const ImageView& image, const Eigen::Vector2d&
                     profile[static_cast<std::size_t>(i - j - 1)]);
     }
   }
-  float strongest = 0;
-  for (int i = taps; i < length - taps; ++i) {
-    strongest = std::max(strongest, std::abs(response[static_cast<std::size_t>(i)]));
-  }
+  const float strongest =
+      Eigen::Map<const Eigen::ArrayXf>(response.data(), length).abs().maxCoeff();
   const double least =
       std::max(std::max(parameters_.least_contrast, kNoiseGate * contrast_noise_ * noise) /
                    contrast_per_response_,

@@ -14,8 +14,10 @@ constexpr int kWide = 16;  // responses of a block
 constexpr int kHigh = 4;
 constexpr int kBlockWidth = kWide + 2;  // px
 constexpr int kBlockHeight = kHigh + 2;
-constexpr int kMostBlocks = 2000;
+constexpr int kBlocksOfStrip = 4;  // with common borders
+constexpr int kMostStrips = 250;
 constexpr int kFewestBlocks = 16;  // of a range of grey levels, for it to have a value of its own
+constexpr std::uint8_t kWhite = 255;
 constexpr double kLevelWidth = 256.0 / static_cast<double>(ImageNoise::kLevels);
 // Of the blocks of a range, those with texture or an edge are the others. The quantile of pure
 // noise is below its mean by this factor, measured.
@@ -34,33 +36,61 @@ struct Block {
   bool clipped = false;
 };
 
-Block look_at(const ImageView& image, int u, int v) noexcept {
-  std::int32_t sum = 0;
-  std::int32_t responses = 0;
-  std::uint8_t lowest = 255;
-  std::uint8_t highest = 0;
-  for (int j = 0; j < kHigh; ++j) {
-    const std::uint8_t* above = image.row(v + j) + u;
-    const std::uint8_t* here = image.row(v + j + 1) + u;
-    const std::uint8_t* below = image.row(v + j + 2) + u;
-    std::array<std::int16_t, kBlockWidth> down;
-    for (std::size_t i = 0; i < kBlockWidth; ++i) {
-      down[i] = static_cast<std::int16_t>(above[i] - 2 * here[i] + below[i]);
-      sum += here[i];
-      lowest = std::min(lowest, here[i]);
-      highest = std::max(highest, here[i]);
+/// Blocks beside each other, one value per response of a row. In loops of this length the compiler
+/// keeps to as few bits as they need.
+template <typename Value>
+using Columns = std::array<Value, kBlocksOfStrip * kWide>;
+
+class Strip {
+ public:
+  /// With so many columns of responses; u, v: their first pixel's neighbour above and to the left.
+  Strip(const ImageView& image, int u, int v, std::size_t columns) noexcept {
+    std::array<Columns<std::int16_t>, kBlockHeight> across;
+    for (int j = 0; j < kBlockHeight; ++j) {
+      const std::uint8_t* pixels = image.row(v + j) + u;
+      std::int16_t* row = across[static_cast<std::size_t>(j)].data();
+      for (std::size_t i = 0; i < columns; ++i) {
+        row[i] = static_cast<std::int16_t>(pixels[i] - 2 * pixels[i + 1] + pixels[i + 2]);
+      }
     }
-    for (std::size_t i = 0; i < kWide; ++i) {
-      responses += std::abs(down[i] - 2 * down[i + 1] + down[i + 2]);
+    for (std::size_t j = 0; j < kHigh; ++j) {
+      const std::uint8_t* pixels = image.row(v + static_cast<int>(j) + 1) + u + 1;
+      for (std::size_t i = 0; i < columns; ++i) {
+        const auto response =
+            static_cast<std::int16_t>(across[j][i] - 2 * across[j + 1][i] + across[j + 2][i]);
+        responses_[i] = static_cast<std::int16_t>(responses_[i] + std::abs(response));
+        levels_[i] = static_cast<std::uint16_t>(levels_[i] + pixels[i]);
+        const auto below = static_cast<std::uint8_t>(pixels[i] - 1);
+        highest_below_[i] = below > highest_below_[i] ? below : highest_below_[i];
+      }
     }
   }
-  // The squares of the weights add up to 36; a normal deviate is sqrt(2 / pi) on average.
-  const double per_response = std::sqrt(std::numbers::pi / 2) / 6;
-  return {.level = static_cast<double>(sum) / (kHigh * kBlockWidth),
-          .sigma = per_response * responses / (kHigh * kWide),
-          // What is cut off at black or white has lost its noise.
-          .clipped = lowest == 0 || highest == 255};
-}
+
+  [[nodiscard]] Block block(std::size_t index) const noexcept {
+    std::int32_t response = 0;
+    std::int32_t level = 0;
+    std::uint8_t highest_below = 0;
+    for (std::size_t i = index * kWide; i < (index + 1) * kWide; ++i) {
+      response += responses_[i];
+      level += levels_[i];
+      highest_below = std::max(highest_below, highest_below_[i]);
+    }
+    constexpr int kResponses = kHigh * kWide;
+    // The squares of the weights add up to 36; a normal deviate is sqrt(2 / pi) on average.
+    const double per_response = std::sqrt(std::numbers::pi / 2) / 6;
+    return {.level = static_cast<double>(level) / kResponses,
+            .sigma = per_response * response / kResponses,
+            // What is cut off at black or white has lost its noise.
+            .clipped = highest_below >= kWhite - 1};
+  }
+
+ private:
+  // Sums over the rows.
+  Columns<std::int16_t> responses_{};
+  Columns<std::uint16_t> levels_{};
+  /// The highest of the levels less one: white is kWhite - 1 then, and black is above it.
+  Columns<std::uint8_t> highest_below_{};
+};
 
 std::size_t range_of(double level) noexcept {
   return std::min(ImageNoise::kLevels - 1,
@@ -94,20 +124,26 @@ void ImageNoise::measure(const ImageView& image) noexcept {
   Histogram all{};
   int count = 0;
   const double pixels = static_cast<double>(image.width) * image.height;
-  const int step_u = std::max(kBlockWidth, static_cast<int>(std::sqrt(3 * pixels / kMostBlocks)));
-  const int step_v = std::max(kBlockHeight, step_u / 3);
+  // Flat cells: the rows between the strips are not fetched into the cache.
+  const int step_u =
+      std::max(kBlocksOfStrip * kWide, static_cast<int>(std::sqrt(3 * pixels / kMostStrips)));
+  const int step_v = std::max(kBlockHeight, static_cast<int>(pixels / kMostStrips) / step_u);
   for (int v = 0; v + kBlockHeight <= image.height; v += step_v) {
     for (int u = 0; u + kBlockWidth <= image.width; u += step_u) {
-      const Block block = look_at(image, u, v);
-      if (block.clipped) {
-        continue;
+      const int blocks = std::min(kBlocksOfStrip, (image.width - u - 2) / kWide);
+      const Strip strip(image, u, v, static_cast<std::size_t>(blocks * kWide));
+      for (int i = 0; i < blocks; ++i) {
+        const Block block = strip.block(static_cast<std::size_t>(i));
+        if (block.clipped) {
+          continue;
+        }
+        const auto step = std::min(kSteps - 1, static_cast<std::size_t>(block.sigma / kStep));
+        const std::size_t range = range_of(block.level);
+        ++histograms[range][step];
+        ++counts[range];
+        ++all[step];
+        ++count;
       }
-      const auto step = std::min(kSteps - 1, static_cast<std::size_t>(block.sigma / kStep));
-      const std::size_t range = range_of(block.level);
-      ++histograms[range][step];
-      ++counts[range];
-      ++all[step];
-      ++count;
     }
   }
   const double overall = noise_of(all, count);

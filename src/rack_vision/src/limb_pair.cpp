@@ -42,22 +42,13 @@ LimbPair::LimbPair(double blur_sigma) : places_(static_cast<std::size_t>(kContou
   }
 }
 
-LimbPair::PerShape LimbPair::products(std::size_t places,
-                                      const CentredWindow& window) const noexcept {
-  PerShape sums = PerShape::Zero();
-  for (std::size_t i = 0; i < kLimbWindow; ++i) {
-    sums += places_[places].shapes[i] * window.values[i];
-  }
-  return sums;
-}
-
 std::optional<LimbPair::Fit> LimbPair::fit(LimbWindow window, double left) const noexcept {
   if (left < kLeastLeft) {
     return std::nullopt;
   }
   const CentredWindow centred(window);
   const auto explained = [&](std::size_t places) {
-    return products(places, centred).square().sum();
+    return centred.products(places_[places].shapes).square().sum();
   };
   std::size_t best = 0;
   float most = -1;
@@ -74,7 +65,7 @@ std::optional<LimbPair::Fit> LimbPair::fit(LimbWindow window, double left) const
   if (left * LimbProfile::kFreedom - left_by_pair < kWorth * variance) {
     return std::nullopt;
   }
-  const PerShape sums = products(best, centred);
+  const PerShape sums = centred.products(places_[best].shapes);
   const float at_contour = places_[best].contour_step * sums[kShapes - 1];
   const float at_border =
       places_[best].border_step * sums[kShapes - 2] - places_[best].border_by_contour * at_contour;

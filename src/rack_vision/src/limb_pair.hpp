@@ -36,7 +36,7 @@ class LimbPair {
   static constexpr int kContours = static_cast<int>((kLast - kFirst) / kStep) + 1;
   /// Without the constant one, of which a centred window has nothing.
   static constexpr int kShapes = 4;
-  using PerShape = Eigen::Array<float, kShapes, 1>;
+  static_assert(kShapes == PerShape::SizeAtCompileTime);
   /// Orthonormal shapes for two places. The last coefficient is that of the contour's step, the one
   /// before it that of the border's.
   struct Places {
@@ -45,8 +45,6 @@ class LimbPair {
     float border_step = 0;        ///< per product with the one before it
     float border_by_contour = 0;  ///< of the border's step, what the contour's takes
   };
-
-  [[nodiscard]] PerShape products(std::size_t places, const CentredWindow& window) const noexcept;
 
   std::vector<Places> places_;  ///< all gaps of a contour, contour after contour
 };

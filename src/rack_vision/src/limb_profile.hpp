@@ -38,19 +38,12 @@ class LimbProfile {
  private:
   static constexpr int kSteps = 8;  ///< of the place, per px
   static constexpr int kPlaces = static_cast<int>((kLast - kFirst) * kSteps) + 1;
-  /// One value per shape, and one that is zero: whole vectors are faster.
-  using PerShape = Eigen::Array4f;
   static_assert(kShapes < PerShape::SizeAtCompileTime);
-  /// Orthonormal shapes for one place of the contour.
+  /// Orthonormal shapes for one place of the contour, and one that is zero.
   using Place = std::array<PerShape, kLimbWindow>;
 
   [[nodiscard]] float explained(int place, const CentredWindow& window) const noexcept {
-    const Place& table = places_[static_cast<std::size_t>(place)];
-    PerShape sums = PerShape::Zero();
-    for (std::size_t i = 0; i < kLimbWindow; ++i) {
-      sums += table[i] * window.values[i];
-    }
-    return sums.square().sum();
+    return window.products(places_[static_cast<std::size_t>(place)]).square().sum();
   }
 
   std::vector<Place> places_;

@@ -35,8 +35,9 @@ CentredWindow::CentredWindow(LimbWindow window) noexcept {
   }
   mean /= static_cast<float>(kLimbWindow);
   for (std::size_t i = 0; i < kLimbWindow; ++i) {
-    values[i] = window[i] - mean;
-    energy += values[i] * values[i];
+    const float value = window[i] - mean;
+    values[i].setConstant(value);
+    energy += value * value;
   }
 }
 

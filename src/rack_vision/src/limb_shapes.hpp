@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <span>
 
@@ -17,12 +18,24 @@ inline constexpr float kLeastLimbVariance = 0.25F;
 
 using LimbWindow = std::span<const float, kLimbWindow>;
 
+/// One value per shape: a whole vector.
+using PerShape = Eigen::Array4f;
+
 /// A window less its mean.
 struct CentredWindow {
   explicit CentredWindow(LimbWindow window) noexcept;
 
-  std::array<float, kLimbWindow> values{};
-  float energy = 0;  ///< sum of squares
+  /// With each of up to four shapes, whose values in the window these are.
+  [[nodiscard]] PerShape products(const std::array<PerShape, kLimbWindow>& shapes) const noexcept {
+    PerShape sums = PerShape::Zero();
+    for (std::size_t i = 0; i < kLimbWindow; ++i) {
+      sums += shapes[i] * values[i];
+    }
+    return sums;
+  }
+
+  std::array<PerShape, kLimbWindow> values;  ///< each four times, for `products`
+  float energy = 0;                          ///< sum of squares
 };
 
 /// What the brightness of a round pipe consists of, `d` px within its contour, in an image that is

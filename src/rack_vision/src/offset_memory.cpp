@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "offset_memory.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <bitset>
+#include <optional>
+
+#include "system_solver.hpp"
 
 namespace pipescout::rack_vision {
 namespace {
-
-using OffsetVector = Eigen::Matrix<double, static_cast<int>(kMaxPipes), 1>;
 
 constexpr int kJudgedSamples = 10;
 constexpr double kSupportedShare = 0.5;  // of the samples of a pipe: it is where it is seen
@@ -104,54 +103,63 @@ void OffsetMemory::place(std::size_t pipe, double offset) {
 void OffsetMemory::learn(const OffsetBelief& after, std::span<const PipeSupport> support,
                          double share) {
   belief_.unplaced = after.unplaced;
-  OffsetVector step = OffsetVector::Zero();
-  OffsetMatrix prior = OffsetMatrix::Identity();
-  OffsetMatrix posterior = OffsetMatrix::Identity();
-  std::bitset<kMaxPipes> seen;
+  std::array<int, kMaxPipes> index{};  // among the pipes that were seen; -1: it was not
+  int seen = 0;
   for (std::size_t i = 0; i < pipes_; ++i) {
-    seen[i] = may_move(i) && judge(i, support[i]);
+    index[i] = may_move(i) && judge(i, support[i]) ? seen++ : -1;
   }
+  if (seen == 0) {
+    return;
+  }
+  SystemVector step(seen);
+  SystemMatrix before(seen, seen), found(seen, seen);
   for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    if (!seen[i]) {
+    if (index[i] < 0) {
       continue;
     }
+    const auto row = static_cast<Eigen::Index>(i);
     if (after.covariance(row, row) > belief_.covariance(row, row)) {
       return;  // what the image says contradicts itself
     }
-    step(row) = after.mean[i] - belief_.mean[i];
+    step(index[i]) = after.mean[i] - belief_.mean[i];
     for (std::size_t j = 0; j < pipes_; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
-      if (seen[j]) {
-        prior(row, column) = belief_.covariance(row, column);
-        posterior(row, column) = after.covariance(row, column);
+      if (index[j] >= 0) {
+        before(index[i], index[j]) = belief_.covariance(row, column);
+        found(index[i], index[j]) = after.covariance(row, column);
       }
     }
   }
-  prior = prior.llt().solve(OffsetMatrix::Identity()).eval();
-  posterior = posterior.llt().solve(OffsetMatrix::Identity()).eval();
-  const OffsetMatrix information = prior + share * (posterior - prior);
-  const OffsetMatrix covariance = information.llt().solve(OffsetMatrix::Identity());
-  const OffsetVector moved = share * covariance * (posterior * step);
-  if (!covariance.allFinite() || !moved.allFinite()) {
+  const std::optional<SystemMatrix> prior = inverse_positive(before);
+  const std::optional<SystemMatrix> posterior = inverse_positive(found);
+  if (!prior || !posterior) {
+    return;
+  }
+  const auto covariance = inverse_positive(*prior + share * (*posterior - *prior));
+  if (!covariance) {
+    return;
+  }
+  const SystemVector moved = share * *covariance * (*posterior * step);
+  if (!covariance->allFinite() || !moved.allFinite()) {
     return;
   }
   for (std::size_t i = 0; i < pipes_; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    if (!seen[i]) {
+    if (index[i] < 0) {
       continue;
     }
-    belief_.mean[i] += moved(row);
+    const auto row = static_cast<Eigen::Index>(i);
+    belief_.mean[i] += moved(index[i]);
     for (std::size_t j = 0; j < pipes_; ++j) {
       const auto column = static_cast<Eigen::Index>(j);
       if (j != i) {
         // What hangs together with a pipe that was not seen is forgotten.
-        const double shared = seen[j] ? covariance(row, column) : 0.0;
+        const double shared = index[j] >= 0 ? (*covariance)(index[i], index[j]) : 0.0;
         belief_.covariance(row, column) = shared;
         belief_.covariance(column, row) = shared;
       }
     }
-    belief_.covariance(row, row) = std::max(covariance(row, row), kOffsetFloor * kOffsetFloor);
+    belief_.covariance(row, row) =
+        std::max((*covariance)(index[i], index[i]), kOffsetFloor * kOffsetFloor);
   }
 }
 

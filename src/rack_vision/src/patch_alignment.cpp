@@ -29,22 +29,23 @@ template <typename Value>
 using Padded = std::array<Value, kPaddedArea>;
 
 struct WindowSums {
-  std::int32_t sum = 0;
+  std::int16_t sum = 0;  // 121 pixels of at most 255
   std::int32_t squares = 0;
   std::int32_t product = 0;
 };
 
 WindowSums window_sums(const ImageView& image, const Padded<std::int16_t>& values, int u,
                        int v) noexcept {
-  Padded<std::uint8_t> pixels{};
+  Padded<std::uint8_t> pixels;
+  std::fill(pixels.begin() + kArea, pixels.end(), std::uint8_t{0});
+  const std::uint8_t* from = image.row(v - kHalf) + (u - kHalf);
   for (int row = 0; row < kPatchSide; ++row) {
-    std::copy_n(image.row(v - kHalf + row) + (u - kHalf), kPatchSide,
-                pixels.begin() + row * kPatchSide);
+    std::copy_n(from + row * image.stride, kPatchSide, pixels.begin() + row * kPatchSide);
   }
   WindowSums sums;
   for (std::size_t i = 0; i < kPaddedArea; ++i) {
     const std::int16_t pixel = pixels[i];
-    sums.sum += pixel;
+    sums.sum = static_cast<std::int16_t>(sums.sum + pixel);
     sums.squares += pixel * pixel;
     sums.product += pixel * values[i];
   }
@@ -173,7 +174,12 @@ bool warp_patch(const StoredPatch& stored, const Eigen::Matrix2d& stored_from_cu
   Eigen::Matrix<float, kArea, 4> rows;
   rows << as_vector(warped.along_u), as_vector(warped.along_v), as_vector(warped.values),
       PixelVector::Ones();
-  const Eigen::Matrix4f normal = rows.transpose().lazyProduct(rows);
+  Eigen::Matrix4f normal;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      normal(i, j) = normal(j, i) = rows.col(i).dot(rows.col(j));
+    }
+  }
   const float half_trace = 0.5F * (normal(0, 0) + normal(1, 1));
   const float half_difference = 0.5F * (normal(0, 0) - normal(1, 1));
   warped.least_gradient_energy = half_trace - std::hypot(half_difference, normal(0, 1));

@@ -273,7 +273,7 @@ class RackTracker::Implementation {
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
-    covariance_by_edges_ = places_searched_ ? covariance_by_edges() : Matrix6d(Matrix6d::Zero());
+    covariance_by_edges_ = covariance_by_edges();
     offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
     state_ = TrackStatus::kTracking;
     starting_ = false;
@@ -294,8 +294,12 @@ class RackTracker::Implementation {
   }
 
   /// Of a pose over pipes that were found with it, of which little else is known. What shading
-  /// moves a contour by it moves it by in every image: the sum of them tells no more than one.
+  /// moves a contour by it moves it by in every image: the sum of them tells no more than one. Zero
+  /// over other pipes.
   [[nodiscard]] Matrix6d covariance_by_edges() const {
+    if (!places_searched_) {
+      return Matrix6d::Zero();
+    }
     const Matrix6d before = linear_algebra::inverse(covariance_at_start_);
     return linear_algebra::inverse<6>(outcome_.edge_information + before);
   }
