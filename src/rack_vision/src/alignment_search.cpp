@@ -67,7 +67,9 @@ Matrix6d AlignmentSearch::remaining(std::span<const AlignmentContour> contours,
 }
 
 void AlignmentSearch::tabulate(const ImageView& image, const AlignmentContour& contour, double step,
-                               Table& table) {
+                               double farthest, AlignmentTable& table) {
+  table.weight = kPerContour * std::min(1.0, (contour.end - contour.start).norm() / kFullLength);
+  table.reach = static_cast<int>(std::ceil(std::min(farthest, kLongestReach) / step));
   const int reach = table.reach;
   const auto width = static_cast<std::size_t>(2 * reach + 1);
   const auto samples = static_cast<std::size_t>(kSamples);
@@ -153,13 +155,27 @@ void AlignmentSearch::search(const ImageView& image, std::span<const AlignmentCo
       reach += kDeviations * std::max(std::abs(contour.start_by_motion.dot(direction.motion)),
                                       std::abs(contour.end_by_motion.dot(direction.motion)));
     }
-    tables_[i].weight =
-        kPerContour * std::min(1.0, (contour.end - contour.start).norm() / kFullLength);
-    tables_[i].reach = static_cast<int>(std::ceil(std::min(reach, kLongestReach) / step));
-    tabulate(image, contour, step, tables_[i]);
+    tabulate(image, contour, step, reach, tables_[i]);
   }
+  score_all(contours, tables_, step);
+  find_peaks(contours, distance, most, peaks);
+}
 
-  score_all(contours, step);
+void AlignmentSearch::search(std::span<const AlignmentContour> contours,
+                             std::span<const AlignmentTable> tables, const Matrix6d& covariance,
+                             double step, double distance, std::size_t most, std::size_t most_poses,
+                             std::vector<AlignmentPeak>& peaks) {
+  peaks.clear();
+  if (contours.empty()) {
+    return;
+  }
+  choose_directions(contours, covariance, step, most_poses);
+  score_all(contours, tables, step);
+  find_peaks(contours, distance, most, peaks);
+}
+
+void AlignmentSearch::find_peaks(std::span<const AlignmentContour> contours, double distance,
+                                 std::size_t most, std::vector<AlignmentPeak>& peaks) const {
   const Matrix6d mean_square = mean_square_by_motion(contours);
   while (peaks.size() < most) {
     AlignmentPeak best{Vector6d::Zero(), -std::numeric_limits<double>::infinity()};
@@ -191,7 +207,8 @@ Vector6d AlignmentSearch::motion_of(std::size_t index) const {
   return motion;
 }
 
-void AlignmentSearch::score_all(std::span<const AlignmentContour> contours, double step) {
+void AlignmentSearch::score_all(std::span<const AlignmentContour> contours,
+                                std::span<const AlignmentTable> tables, double step) {
   std::size_t poses = 1;
   for (const Direction& direction : directions_) {
     poses *= static_cast<std::size_t>(2 * direction.steps + 1);
@@ -205,7 +222,7 @@ void AlignmentSearch::score_all(std::span<const AlignmentContour> contours, doub
     const Vector6d begin = motion_of(first);
     float* const scores = scores_.data() + first;
     for (std::size_t i = 0; i < contours.size(); ++i) {
-      const Table& table = tables_[i];
+      const AlignmentTable& table = tables[i];
       const auto width = static_cast<std::size_t>(2 * table.reach + 1);
       const double middle = table.reach + 0.5;
       auto start = static_cast<float>(middle + contours[i].start_by_motion.dot(begin) / step);

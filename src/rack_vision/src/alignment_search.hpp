@@ -27,6 +27,13 @@ struct AlignmentContour {
   double sign = 0;  ///< of outside minus inside, where it is known: -1 or 1
 };
 
+/// Of one contour, how strong the mean difference across it is, by the displacements of its ends.
+struct AlignmentTable {
+  double weight = 0;          ///< of the strongest
+  int reach = 0;              ///< in steps, to either side
+  std::vector<float> scores;  ///< (2 reach + 1)^2, by start and end
+};
+
 struct AlignmentPeak {
   geometry::Vector6d motion;  ///< from the pose that the contours are rendered at
   double score = 0;           ///< like a log-likelihood, with that of the motion in it
@@ -46,17 +53,23 @@ class AlignmentSearch {
               const geometry::Matrix6d& covariance, double step, double distance, std::size_t most,
               std::vector<AlignmentPeak>& peaks);
 
+  /// The same over tables that were filled before with this step, one per contour: contours may be
+  /// those of several images, and motions those of anything. At most `most_poses` are tried,
+  /// farther apart than a step where they must.
+  void search(std::span<const AlignmentContour> contours, std::span<const AlignmentTable> tables,
+              const geometry::Matrix6d& covariance, double step, double distance, std::size_t most,
+              std::size_t most_poses, std::vector<AlignmentPeak>& peaks);
+
+  /// Fills a table for displacements of up to `reach`, px.
+  void tabulate(const ImageView& image, const AlignmentContour& contour, double step, double reach,
+                AlignmentTable& table);
+
   /// What remains unknown after a search with this step.
   [[nodiscard]] static geometry::Matrix6d remaining(std::span<const AlignmentContour> contours,
                                                     const geometry::Matrix6d& covariance,
                                                     double step);
 
  private:
-  struct Table {
-    double weight = 0;
-    int reach = 0;              ///< in steps
-    std::vector<float> scores;  ///< (2 reach + 1)^2, by start and end
-  };
   /// A direction of motions, such that different ones move the contours independently.
   struct Direction {
     geometry::Vector6d motion;   ///< one standard deviation
@@ -65,15 +78,17 @@ class AlignmentSearch {
     int steps = 0;               ///< to either side
   };
 
-  void tabulate(const ImageView& image, const AlignmentContour& contour, double step, Table& table);
   void choose_directions(std::span<const AlignmentContour> contours,
                          const geometry::Matrix6d& covariance, double step, std::size_t most_poses);
-  void score_all(std::span<const AlignmentContour> contours, double step);
+  void score_all(std::span<const AlignmentContour> contours, std::span<const AlignmentTable> tables,
+                 double step);
+  void find_peaks(std::span<const AlignmentContour> contours, double distance, std::size_t most,
+                  std::vector<AlignmentPeak>& peaks) const;
   /// Of an entry of `scores_`.
   [[nodiscard]] geometry::Vector6d motion_of(std::size_t index) const;
 
   geometry::Camera camera_;
-  std::vector<Table> tables_;
+  std::vector<AlignmentTable> tables_;
   std::vector<Direction> directions_;
   std::vector<float> profile_;
   std::vector<float> differences_;

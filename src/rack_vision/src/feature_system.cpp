@@ -15,6 +15,7 @@ namespace {
 /// Points nearer to the focal plane than this are not used, m.
 constexpr double kSmallestDepth = 1e-6;
 constexpr int kEdgesOfSupport = 12;
+constexpr double kShapeStep = 1e-5;  // m and rad: of the central differences of shapes
 
 bool usable(double sigma) {
   return std::isfinite(sigma) && sigma > 0;
@@ -73,7 +74,8 @@ void NormalEquations::reset(int size) {
   points = {};
 }
 
-FeatureSystem::FeatureSystem(const RackModel& model) : supports_(model.supports) {
+FeatureSystem::FeatureSystem(const RackModel& model)
+    : pipes_(model.pipes), supports_(model.supports) {
   for (const Pipe& pipe : model.pipes) {
     append_sections(pipe, 0, sections_.emplace_back());
   }
@@ -130,12 +132,52 @@ void FeatureSystem::prepare(const geometry::Camera& camera, const PoseProblem& p
   support_.reserve(runs_.size());
 }
 
+void FeatureSystem::shape_sections(const SolverState& state, const UnknownLayout& layout) {
+  for (std::size_t i = 0; i < pipes_.size() && layout.shape_count > 0; ++i) {
+    if (layout.shape[i] < 0) {
+      continue;
+    }
+    const auto slot = static_cast<std::size_t>(layout.shape[i]);
+    const auto fill = [&](const ShapeVector& shape, std::vector<PipeSection>& sections) {
+      sections.clear();
+      append_sections(shaped(pipes_[i], to_shape(shape)), 0, sections);
+    };
+    fill(state.shapes[slot], shaped_[slot].here);
+    for (int k = 0; k < kShapeUnknowns; ++k) {
+      const ShapeVector step = kShapeStep * ShapeVector::Unit(k);
+      fill(state.shapes[slot] + step, shaped_[slot].more[static_cast<std::size_t>(k)]);
+      fill(state.shapes[slot] - step, shaped_[slot].less[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+FeatureSystem::LineByShape FeatureSystem::line_by_shape(const EdgeId& edge,
+                                                        const ShapedSections& sections,
+                                                        const CameraView& view) const {
+  LineByShape derivative = LineByShape::Zero();
+  for (std::size_t k = 0; k < kShapeUnknowns; ++k) {
+    const auto line_of = [&](const std::vector<PipeSection>& of, ImageLine& line) {
+      ContourLine both[2];
+      return contour_lines(of[edge.part], view.centre, both) &&
+             image_line(view, both[edge.side], line);
+    };
+    ImageLine more, less;
+    if (line_of(sections.more[k], more) && line_of(sections.less[k], less)) {
+      derivative.col(static_cast<Eigen::Index>(k)) = (more.line - less.line) / (2 * kShapeStep);
+    }
+  }
+  return derivative;
+}
+
 bool FeatureSystem::contour(const EdgeId& edge, const SolverState& state,
-                            const Eigen::Vector3d& eye, ContourLine& line) const noexcept {
+                            const UnknownLayout& layout, const Eigen::Vector3d& eye,
+                            ContourLine& line) const noexcept {
   if (edge.kind == EdgeKind::kSupport) {
     return support_line(support_edge(supports_[edge.body], edge.part), eye, line);
   }
-  PipeSection section = sections_[edge.body][edge.part];
+  const int shape = layout.shape[edge.body];
+  PipeSection section = shape < 0 ? sections_[edge.body][edge.part]
+                                  : shaped_[static_cast<std::size_t>(shape)].here[edge.part];
   section.start.x() += state.offsets[edge.body];
   ContourLine both[2];
   if (!contour_lines(section, eye, both)) {
@@ -236,6 +278,26 @@ void FeatureSystem::add_line(const Run& run, const ImageLine& line, const Camera
     const int offset = run.edge.kind == EdgeKind::kPipe ? layout.offset[run.edge.body] : -1;
     scatter<3>(derivative, sums.information, sums.gradient, offset, layout,
                equations.edge_information, equations.gradient);
+    const int shape = run.edge.kind == EdgeKind::kPipe ? layout.shape[run.edge.body] : -1;
+    if (shape >= 0) {
+      const LineByShape by_shape =
+          line_by_shape(run.edge, shaped_[static_cast<std::size_t>(shape)], view);
+      const int k = layout.first_shape + kShapeUnknowns * shape;
+      const LineByShape weighted = sums.information * by_shape;
+      SystemMatrix& system = equations.edge_information;
+      system.block<kShapeUnknowns, kShapeUnknowns>(k, k) += by_shape.transpose() * weighted;
+      equations.gradient.segment<kShapeUnknowns>(k) += by_shape.transpose() * sums.gradient;
+      const auto couple = [&](int unknown, const auto& columns) {
+        const auto block = (columns.transpose() * weighted).eval();
+        system.block<decltype(block)::RowsAtCompileTime, kShapeUnknowns>(unknown, k) += block;
+        system.block<kShapeUnknowns, decltype(block)::RowsAtCompileTime>(k, unknown) +=
+            block.transpose();
+      };
+      couple(0, derivative.template leftCols<6>());
+      if constexpr (decltype(derivative)::ColsAtCompileTime == kWithIntrinsics) {
+        couple(layout.intrinsics, derivative.template rightCols<3>());
+      }
+    }
   };
   if (layout.intrinsics >= 0) {
     add(Rows<3, kWithIntrinsics>());
@@ -334,12 +396,13 @@ void FeatureSystem::accumulate(const SolverState& state, const UnknownLayout& la
   point_residuals_.clear();
   support_.clear();
   const CameraView view(camera_matrix(state, layout), state.T_camera_rack);
+  shape_sections(state, layout);
   for (const Run& run : runs_) {
     ContourLine edge;
     ImageLine line;
     LineSums sums;
     std::size_t inliers = 0;
-    if (contour(run.edge, state, view.centre, edge) && image_line(view, edge, line)) {
+    if (contour(run.edge, state, layout, view.centre, edge) && image_line(view, edge, line)) {
       add_samples(run, line, weighting, equations, sums, inliers);
       add_line(run, line, view, layout, sums, equations);
     }

@@ -15,8 +15,9 @@ namespace pipescout::rack_vision {
 inline constexpr int kPoseUnknowns = 6;
 inline constexpr int kIntrinsicUnknowns = 3;
 inline constexpr int kMapErrorUnknowns = 6;
-inline constexpr int kMaxUnknowns =
-    kPoseUnknowns + static_cast<int>(kMaxPipes) + kIntrinsicUnknowns + kMapErrorUnknowns;
+inline constexpr int kMaxUnknowns = kPoseUnknowns + static_cast<int>(kMaxPipes) +
+                                    kShapeUnknowns * static_cast<int>(kMaxShapedPipes) +
+                                    kIntrinsicUnknowns + kMapErrorUnknowns;
 
 using SystemMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
@@ -26,16 +27,21 @@ using SystemVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1
 struct SolverState {
   geometry::SE3 T_camera_rack;
   std::array<double, kMaxPipes> offsets{};
+  std::array<ShapeVector, kMaxShapedPipes> shapes{};     ///< in the order of the problem
   Eigen::Vector3d intrinsics = Eigen::Vector3d::Zero();  ///< f_c, u_0, v_0
   geometry::Vector6d map_error = geometry::Vector6d::Zero();
 };
 
-/// Where the unknowns stand: pose [dc; dphi], then offsets, then intrinsics, then the map's error.
+/// Where the unknowns stand: pose [dc; dphi], then offsets, then shapes, then intrinsics, then the
+/// map's error.
 struct UnknownLayout {
   std::array<int, kMaxPipes> offset{};  ///< index of a pipe's offset; -1: it is fixed
   int offset_count = 0;
-  int intrinsics = -1;  ///< index of the first; -1: they are fixed
-  int map_error = -1;   ///< index of the first; -1: it is none
+  std::array<int, kMaxPipes> shape{};  ///< number of a pipe's shape; -1: it has none
+  int first_shape = 0;                 ///< index of the first
+  int shape_count = 0;                 ///< unknowns
+  int intrinsics = -1;                 ///< index of the first; -1: they are fixed
+  int map_error = -1;                  ///< index of the first; -1: it is none
   int size = kPoseUnknowns;
 };
 
@@ -102,10 +108,20 @@ class FeatureSystem {
     double bias_square_sum = 0;
   };
   struct LineSums;
+  /// A pipe with its shape, and with a little more and less of each part of it.
+  struct ShapedSections {
+    std::vector<PipeSection> here;
+    std::array<std::vector<PipeSection>, kShapeUnknowns> more, less;
+  };
+  using LineByShape = Eigen::Matrix<double, 3, kShapeUnknowns>;
 
+  void shape_sections(const SolverState& state, const UnknownLayout& layout);
+  [[nodiscard]] LineByShape line_by_shape(const EdgeId& edge, const ShapedSections& sections,
+                                          const CameraView& view) const;
   [[nodiscard]] bool exists(const EdgeId& edge) const noexcept;
   [[nodiscard]] bool contour(const EdgeId& edge, const SolverState& state,
-                             const Eigen::Vector3d& eye, ContourLine& line) const noexcept;
+                             const UnknownLayout& layout, const Eigen::Vector3d& eye,
+                             ContourLine& line) const noexcept;
   [[nodiscard]] Eigen::Matrix3d camera_matrix(const SolverState& state,
                                               const UnknownLayout& layout) const noexcept;
   void add_samples(const Run& run, const ImageLine& line, const Weighting& weighting,
@@ -116,7 +132,9 @@ class FeatureSystem {
                  const UnknownLayout& layout, const Weighting& weighting,
                  NormalEquations& equations);
 
+  std::vector<Pipe> pipes_;
   std::vector<std::vector<PipeSection>> sections_;  ///< per pipe, where the model has it
+  std::array<ShapedSections, kMaxShapedPipes> shaped_;
   std::vector<Support> supports_;
   geometry::CameraParameters camera_;
   double gate_ = 0;

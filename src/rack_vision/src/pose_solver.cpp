@@ -61,6 +61,15 @@ bool is_sound(const PoseProblem& problem) {
       !(problem.map_error->by_pose.allFinite() && is_covariance(problem.map_error->information))) {
     return false;
   }
+  if (problem.shapes.size() > kMaxShapedPipes ||
+      !std::ranges::all_of(problem.shapes,
+                           [](const ShapeBelief& shape) {
+                             return shape.mean.allFinite() && is_covariance(shape.covariance);
+                           }) ||
+      !std::ranges::all_of(problem.first_shapes,
+                           [](const ShapeVector& shape) { return shape.allFinite(); })) {
+    return false;
+  }
   return !problem.intrinsics ||
          (problem.intrinsics->mean.allFinite() && problem.intrinsics->mean[0] > 0 &&
           is_covariance(problem.intrinsics->covariance) &&
@@ -113,7 +122,9 @@ class PoseSolver::Implementation {
   [[nodiscard]] ResidualScales residual_scales();
   [[nodiscard]] Weighting final_weighting(const ResidualScales& scales) const;
 
-  void start(const PoseProblem& problem);
+  /// Returns false where a covariance is none, or a shape that of no pipe.
+  bool start(const PoseProblem& problem);
+  bool start_shapes(const PoseProblem& problem);
   /// The sums at `state_`, with damping and all priors.
   void evaluate_state(const PoseProblem& problem, const Weighting& weighting);
   void add_priors(const PoseProblem& problem);
@@ -130,6 +141,7 @@ class PoseSolver::Implementation {
 
   UnknownLayout layout_;
   OffsetPrior offset_prior_;
+  std::array<ShapeMatrix, kMaxShapedPipes> shape_information_{};
   Eigen::Matrix3d intrinsics_information_ = Eigen::Matrix3d::Zero();
   SolverState state_, better_state_;
   NormalEquations equations_;
@@ -167,7 +179,7 @@ Weighting PoseSolver::Implementation::final_weighting(const ResidualScales& scal
                              : 1.0};
 }
 
-void PoseSolver::Implementation::start(const PoseProblem& problem) {
+bool PoseSolver::Implementation::start(const PoseProblem& problem) {
   state_.T_camera_rack = problem.T_camera_rack;
   state_.offsets = problem.offsets.mean;
   std::ranges::copy(problem.first_offsets.first(std::min(kMaxPipes, problem.first_offsets.size())),
@@ -179,6 +191,9 @@ void PoseSolver::Implementation::start(const PoseProblem& problem) {
     layout_.offset[i] = free ? kPoseUnknowns + layout_.offset_count++ : -1;
   }
   layout_.size += layout_.offset_count;
+  if (!start_shapes(problem)) {
+    return false;
+  }
   if (problem.intrinsics) {
     layout_.intrinsics = layout_.size;
     layout_.size += kIntrinsicUnknowns;
@@ -190,6 +205,30 @@ void PoseSolver::Implementation::start(const PoseProblem& problem) {
     layout_.size += kMapErrorUnknowns;
     state_.map_error.setZero();
   }
+  return true;
+}
+
+bool PoseSolver::Implementation::start_shapes(const PoseProblem& problem) {
+  layout_.shape.fill(-1);
+  layout_.first_shape = layout_.size;
+  layout_.shape_count = kShapeUnknowns * static_cast<int>(problem.shapes.size());
+  layout_.size += layout_.shape_count;
+  for (std::size_t slot = 0; slot < problem.shapes.size(); ++slot) {
+    const ShapeBelief& belief = problem.shapes[slot];
+    // What is exact is held tightly.
+    constexpr double kExact = 1e-6;  // m and rad
+    SystemMatrix covariance = belief.covariance;
+    covariance.diagonal().array() += kExact * kExact;
+    const std::optional<SystemMatrix> information = inverse_positive(covariance);
+    if (belief.pipe >= kMaxPipes || layout_.shape[belief.pipe] >= 0 || !information) {
+      return false;
+    }
+    layout_.shape[belief.pipe] = static_cast<int>(slot);
+    state_.shapes[slot] =
+        slot < problem.first_shapes.size() ? problem.first_shapes[slot] : belief.mean;
+    shape_information_[slot] = *information;
+  }
+  return true;
 }
 
 void PoseSolver::Implementation::add_priors(const PoseProblem& problem) {
@@ -198,6 +237,14 @@ void PoseSolver::Implementation::add_priors(const PoseProblem& problem) {
   cost_ = equations_.cost;
   add_pose_prior(problem, state_, layout_, prior_, gradient_, cost_);
   offset_prior_.add(state_, prior_, gradient_, cost_);
+  for (std::size_t slot = 0; slot < problem.shapes.size(); ++slot) {
+    const int k = layout_.first_shape + kShapeUnknowns * static_cast<int>(slot);
+    const ShapeVector difference = state_.shapes[slot] - problem.shapes[slot].mean;
+    const ShapeVector weighted = shape_information_[slot] * difference;
+    prior_.block<kShapeUnknowns, kShapeUnknowns>(k, k) += shape_information_[slot];
+    gradient_.segment<kShapeUnknowns>(k) += weighted;
+    cost_ += 0.5 * difference.dot(weighted);
+  }
   if (layout_.intrinsics >= 0) {
     const Eigen::Vector3d difference = state_.intrinsics - problem.intrinsics->mean;
     const Eigen::Vector3d weighted = intrinsics_information_ * difference;
@@ -239,6 +286,10 @@ void PoseSolver::Implementation::take_step() {
     if (layout_.offset[i] >= 0) {
       state_.offsets[i] += step_[layout_.offset[i]];
     }
+  }
+  for (int k = 0; k < layout_.shape_count; k += kShapeUnknowns) {
+    state_.shapes[static_cast<std::size_t>(k / kShapeUnknowns)] +=
+        step_.segment<kShapeUnknowns>(layout_.first_shape + k);
   }
   if (layout_.intrinsics >= 0) {
     state_.intrinsics += step_.segment<3>(layout_.intrinsics);
@@ -329,6 +380,7 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
                                        PoseSolution& solution) {
   solution.T_camera_rack = problem.T_camera_rack;
   solution.offsets = problem.offsets;
+  solution.shapes.assign(problem.shapes.begin(), problem.shapes.end());
   solution.intrinsics = problem.intrinsics;
   solution.pose_by_intrinsics.setZero();
   solution.map_error.reset();
@@ -353,8 +405,8 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
   if (!is_sound(problem)) {
     return;
   }
-  start(problem);
-  if (!offset_prior_.start(problem.offsets, layout_, iterated() ? parameters_.offset_freedom : 0)) {
+  if (!start(problem) ||
+      !offset_prior_.start(problem.offsets, layout_, iterated() ? parameters_.offset_freedom : 0)) {
     return;
   }
   features_.prepare(camera, problem, parameters_);
@@ -371,6 +423,14 @@ void PoseSolver::Implementation::solve(const geometry::Camera& camera, const Pos
     return;
   }
   finish(problem, converged, solution);
+}
+
+PipeShape to_shape(const ShapeVector& vector) noexcept {
+  return {.offset = vector(0),
+          .height = vector(1),
+          .turn_aside = vector(2),
+          .turn_up = vector(3),
+          .radius = vector(4)};
 }
 
 PoseSolver::PoseSolver(const RackModel& model, const PoseSolverParameters& parameters)

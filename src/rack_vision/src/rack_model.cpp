@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/rack_vision/rack_model.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <locale>
@@ -173,6 +174,13 @@ void RackModel::validate() const {
   }
   check_names(Part::kPipe, pipes);
   check_names(Part::kSupport, supports);
+  const auto shaped = static_cast<std::size_t>(
+      std::ranges::count_if(pipes, [](const Pipe& pipe) { return pipe.shape_deviation.any(); }));
+  if (shaped > kMaxShapedPipes) {
+    fail_rack("the rack has " + std::to_string(shaped) +
+              " pipes with deviations of their shape; it must have at most " +
+              std::to_string(kMaxShapedPipes));
+  }
   std::vector<PipeSection> sections;
   for (std::size_t i = 0; i < pipes.size(); ++i) {
     check_pipe({Part::kPipe, i, pipes[i].name}, pipes[i]);
@@ -214,6 +222,24 @@ std::vector<Pipe> row_of_pipes(std::span<const RowPipe> row) {
     pipes.push_back(std::move(pipe));
   }
   return pipes;
+}
+
+Pipe shaped(const Pipe& pipe, const PipeShape& shape) {
+  const Eigen::Vector3d& direction = pipe.direction;
+  const Eigen::Vector3d level = direction.cross(Eigen::Vector3d::UnitZ());
+  constexpr double kUpright = 1e-3;  // there all sides are alike
+  const Eigen::Vector3d right =
+      level.norm() > kUpright ? level.normalized() : Eigen::Vector3d::UnitX();
+  Pipe result = pipe;
+  result.direction =
+      (direction + shape.turn_aside * right + shape.turn_up * right.cross(direction)).normalized();
+  const double half = 0.5 * pipe.length();
+  result.start = pipe.start + half * (direction - result.direction) +
+                 Eigen::Vector3d(shape.offset, 0, shape.height);
+  for (RadiusAt& each : result.radii) {
+    each.radius += shape.radius;
+  }
+  return result;
 }
 
 void append_sections(const Pipe& pipe, double offset, std::vector<PipeSection>& sections) {

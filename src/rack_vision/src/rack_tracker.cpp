@@ -45,7 +45,7 @@ class RackTracker::Implementation {
         camera_(camera),
         parameters_(parameters),
         step_(model, camera, parameters),
-        offsets_(model, parameters.estimate_offsets ? parameters.offset_sigma : 0),
+        offsets_(step_.model(), parameters.estimate_offsets ? parameters.offset_sigma : 0),
         intrinsics_(camera, parameters.focal_sigma, parameters.centre_sigma) {}
 
   bool set_pose(const geometry::SE3& T_rack_camera, const Matrix6d& covariance) {
@@ -114,6 +114,7 @@ class RackTracker::Implementation {
     coasted_time_ = 0;
     outcome_ = {};
     offsets_.reset();
+    step_.forget_shapes();
     intrinsics_.reset();
     step_.set_camera(camera_);
     state_ = TrackStatus::kNotStarted;
@@ -274,7 +275,8 @@ class RackTracker::Implementation {
     }
     anchor_variance_ = outcome_.belief.anchor_variance;
     covariance_by_edges_ = covariance_by_edges();
-    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share_of_view());
+    const double share = share_of_view();
+    offsets_.learn(outcome_.belief.offsets, outcome_.pipes, share);
     state_ = TrackStatus::kTracking;
     starting_ = false;
     probation_ = std::max(0, probation_ - 1);
@@ -288,6 +290,7 @@ class RackTracker::Implementation {
       ask_second_opinion(image);
     }
     place_pipes(image);
+    step_.learn_shapes(image, outcome_, share);
     improve_camera();
     fill(result);
     result.quality = quality();
@@ -365,6 +368,7 @@ class RackTracker::Implementation {
     ++(starting_ ? counts_.refused_starts : counts_.losses);
     if (probation_ > 0) {
       offsets_.reset();  // as little as the pose, they may have been found
+      step_.forget_shapes();
     }
     state_ = TrackStatus::kLost;
     starting_ = false;
@@ -377,14 +381,27 @@ class RackTracker::Implementation {
     RackTrackerResult result;
     result.status = state_;
     const OffsetBelief& offsets = offsets_.belief();
-    result.offsets = std::span(offsets.mean).first(model_.pipes.size());
+    offset_means_ = offsets.mean;
     for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
       const auto pipe = static_cast<Eigen::Index>(i);
       offset_variances_[i] = offsets.covariance(pipe, pipe);
       offset_observed_[i] = outcome_.offset_observed[i] ? 1 : 0;
     }
+    result.offsets = std::span(offset_means_).first(model_.pipes.size());
     result.offset_variances = std::span(offset_variances_).first(model_.pipes.size());
     result.offset_observed = std::span(offset_observed_).first(model_.pipes.size());
+    shapes_.clear();
+    for (const TrackStep::ShapedPipe& shaped : step_.shapes()) {
+      const ShapeMemory& memory = shaped.memory;
+      shapes_.push_back({.pipe = shaped.pipe,
+                         .found = memory.found(),
+                         .shape = memory.value(),
+                         .deviation = memory.deviation()});
+      offset_means_[shaped.pipe] = shapes_.back().shape.offset;
+      offset_variances_[shaped.pipe] = std::pow(shapes_.back().deviation.offset, 2);
+      offset_observed_[shaped.pipe] = memory.found() ? 1 : 0;
+    }
+    result.shapes = shapes_;
     if (parameters_.estimate_intrinsics) {
       result.intrinsics = intrinsics_.belief();
     }
@@ -442,8 +459,10 @@ class RackTracker::Implementation {
   std::optional<double> leapt_stamp_;
   std::optional<std::uint64_t> fingerprint_;
   int repeated_ = 0;  ///< identical images before this one, in a row
+  std::array<double, kMaxPipes> offset_means_{};
   std::array<double, kMaxPipes> offset_variances_{};
   std::array<std::uint8_t, kMaxPipes> offset_observed_{};
+  std::vector<PipeShapeEstimate> shapes_;
 };
 
 RackTracker::RackTracker(const RackModel& model, const geometry::Camera& camera,

@@ -64,6 +64,47 @@ Unobserved unobserved(const SystemMatrix& information, const UnknownLayout& layo
   return result;
 }
 
+/// What errors of offsets and shapes make of the pose, and what the edges tell of it with them.
+void add_covariance_by_bodies(const NormalEquations& equations, const SystemMatrix& prior,
+                              const SystemMatrix& covariance, const UnknownLayout& layout,
+                              const geometry::Vector6d& caps, PoseSolution& solution) {
+  const SystemMatrix& edges = equations.edge_information;
+  solution.edge_information = edges.topLeftCorner<6, 6>();
+  // Shapes follow the offsets.
+  const int bodies = layout.offset_count + layout.shape_count;
+  if (bodies == 0) {
+    return;
+  }
+  geometry::Matrix6d edges_of_pose = solution.edge_information;
+  edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
+  const auto with_pose = [&](int first, int count) -> SystemMatrix {
+    return edges.block(0, first, kPoseUnknowns, count);
+  };
+  const auto of_bodies = [&](int first, int count) -> SystemMatrix {
+    return (edges + prior).block(first, first, count, count);
+  };
+  if (const int n = layout.offset_count; n > 0) {
+    const SystemMatrix by_offsets = solve_columns(edges_of_pose, with_pose(kPoseUnknowns, n));
+    const SystemMatrix of_offsets = covariance.block(kPoseUnknowns, kPoseUnknowns, n, n);
+    solution.covariance_by_offsets =
+        product(product(by_offsets, of_offsets), by_offsets.transpose());
+  }
+  if (const int n = layout.shape_count; n > 0) {
+    // Contours whose shape is hardly known hardly weigh: the pose moves by M^-1 K P^-1 times the
+    // error of the shapes that were believed, K = B C^-1, M = A - B C^-1 B^T.
+    const int first = layout.first_shape;
+    const SystemMatrix coupling = with_pose(first, n);
+    const SystemMatrix gain = solve_columns(of_bodies(first, n), coupling.transpose()).transpose();
+    const SystemMatrix marginal = SystemMatrix(edges_of_pose) - product(gain, coupling.transpose());
+    const SystemMatrix by_shapes = solve_columns(marginal, gain);
+    solution.covariance_by_offsets +=
+        product(product(by_shapes, prior.block(first, first, n, n)), by_shapes.transpose());
+  }
+  const SystemMatrix coupling = with_pose(kPoseUnknowns, bodies);
+  solution.edge_information -=
+      product(coupling, solve_columns(of_bodies(kPoseUnknowns, bodies), coupling.transpose()));
+}
+
 }  // namespace
 
 void describe_solution(const NormalEquations& equations, const SystemMatrix& prior,
@@ -130,22 +171,13 @@ void describe_solution(const NormalEquations& equations, const SystemMatrix& pri
       }
     }
   }
-  solution.edge_information = equations.edge_information.topLeftCorner<6, 6>();
-  if (layout.offset_count > 0) {
-    const int n = layout.offset_count;
-    const SystemMatrix with_offsets =
-        equations.edge_information.block(0, kPoseUnknowns, kPoseUnknowns, n);
-    geometry::Matrix6d edges_of_pose = solution.edge_information;
-    edges_of_pose.diagonal() += caps.cwiseAbs2().cwiseInverse();
-    const SystemMatrix by_offsets = solve_columns(edges_of_pose, with_offsets);
-    const SystemMatrix of_offsets = covariance.block(kPoseUnknowns, kPoseUnknowns, n, n);
-    solution.covariance_by_offsets =
-        product(product(by_offsets, of_offsets), by_offsets.transpose());
-    const SystemMatrix offset_information =
-        (equations.edge_information + prior).block(kPoseUnknowns, kPoseUnknowns, n, n);
-    solution.edge_information -=
-        product(with_offsets, solve_columns(offset_information, with_offsets.transpose()));
+  for (std::size_t slot = 0; slot < solution.shapes.size(); ++slot) {
+    const int k = layout.first_shape + kShapeUnknowns * static_cast<int>(slot);
+    const ShapeMatrix block = covariance.block<kShapeUnknowns, kShapeUnknowns>(k, k);
+    solution.shapes[slot].mean = state.shapes[slot];
+    solution.shapes[slot].covariance = 0.5 * (block + block.transpose());
   }
+  add_covariance_by_bodies(equations, prior, covariance, layout, caps, solution);
   if (layout.map_error >= 0) {
     const int k = layout.map_error;
     MapErrorSolution& found = solution.map_error.emplace();

@@ -53,6 +53,10 @@ const VisibleEdge* TrackStep::rendered(const EdgeId& id) const noexcept {
   return found == edges_.end() ? nullptr : &*found;
 }
 
+bool TrackStep::is_found(const SearchedSample& sample, const VisibleEdge& edge) {
+  return agreeing(sample, edge) != nullptr;
+}
+
 bool TrackStep::agrees(const PointObservation& point, const CameraView& seen,
                        const OffsetBelief& offsets) const {
   const double offset = point.pipe == PointObservation::kOnNoPipe ? 0.0 : offsets.mean[point.pipe];
@@ -91,7 +95,7 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
       const SearchedSample& sample = samples_[i];
       if (edge != nullptr && sample.searched) {
         ++searched;
-        found += agreeing(sample, *edge) != nullptr ? 1 : 0;
+        found += is_found(sample, *edge) ? 1 : 0;
       }
     }
     first = i;
@@ -227,6 +231,8 @@ std::optional<TrackStep::Intrinsics> TrackStep::find_intrinsics(const Intrinsics
   problem.T_camera_rack = outcome.belief.T_rack_camera.inverse();
   problem.edges = features_;
   problem.offsets = offsets;
+  problem.shapes = shape_beliefs_;
+  problem.first_shapes = shapes_in_use_;
   problem.intrinsics = before;
   // No prior of the pose: that was found through the camera that is in doubt.
   solver_.solve(camera_, problem, solution_);

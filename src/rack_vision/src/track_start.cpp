@@ -2,6 +2,7 @@
 // The start of a track: from a pose that is only roughly right.
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -92,15 +93,18 @@ double log_likelihood(const TrackEvidence& evidence, double share) {
   return evidence.edge_samples * (share * kFound + (1 - share) * kMissed) / kAlikeSamples;
 }
 
-/// Whether the pipes along y that cannot have moved are seen where they should be, if they are in
-/// view. All others may be taken for pipes that lie elsewhere, and so bear any pose out.
+/// Whether the pipes along y that cannot have moved or have another shape are seen where they
+/// should be, if they are in view. All others may be taken for pipes that lie elsewhere, and so
+/// bear any pose out.
 bool reference_is_found(const RackModel& model, const OffsetBelief& offsets,
-                        std::span<const PipeSupport> pipes, double least) {
+                        const std::bitset<kMaxPipes>& shaped, std::span<const PipeSupport> pipes,
+                        double least) {
   PipeSupport fixed;
   for (std::size_t i = 0; i < model.pipes.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const Eigen::Vector3d& direction = model.pipes[i].direction;
-    if (offsets.covariance(row, row) == 0 && std::abs(direction.y()) > std::abs(direction.x())) {
+    if (offsets.covariance(row, row) == 0 && !shaped[i] &&
+        std::abs(direction.y()) > std::abs(direction.x())) {
       fixed.searched += pipes[i].searched;
       fixed.found += pipes[i].found;
     }
@@ -207,6 +211,7 @@ bool TrackStep::refine_start(const ImageView& image, const TrackBelief& around,
     guess.offsets.mean = *start.offsets;
     guess.offsets.covariance.setZero();
   }
+  use_believed_shapes();
   double range = kFirstRange;
   for (int round = 0; round < kMostRounds; ++round) {
     const SE3 before = guess.T_rack_camera;
@@ -300,7 +305,8 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
   return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
-         reference_is_found(model_, around.offsets, tried.pipes, kLeastOfReference) &&
+         reference_is_found(model_, around.offsets, shaped_pipes(), tried.pipes,
+                            kLeastOfReference) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
          sigma.tail<3>().maxCoeff() <= kCertainTurn &&
          // Beyond it those are the edges of another support, or its other edges.
@@ -344,8 +350,9 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
        .share = share,
        .merit = log_likelihood(outcome.evidence, share) + contrast - 0.5 * (chi_square + misplaced),
        .explains = likely && explains_the_image(around, outcome, share, moved) &&
-                   (!start.offsets || reference_is_found(model_, around.offsets, outcome.pipes,
-                                                         kLeastOfReferenceAlone))});
+                   rests_on_what_is_known() &&
+                   (!start.offsets || reference_is_found(model_, around.offsets, shaped_pipes(),
+                                                         outcome.pipes, kLeastOfReferenceAlone))});
 }
 
 void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& around,
@@ -383,6 +390,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
                               StepOutcome& outcome) {
   map_error_ = before.map;
   set_velocity(before);
+  begin_shapes(before);
   TrackBelief around = before;
   around.covariance(kY, kY) += before.anchor_variance;
   if (map_.size() > 0 && find_by_texture(image, around, outcome)) {

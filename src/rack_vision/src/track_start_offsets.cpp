@@ -253,8 +253,9 @@ void TrackStep::find_with_offsets(const ImageView& image, const TrackBelief& aro
   // What cannot have moved tells the pose.
   render(around.T_rack_camera, around.offsets);
   Bodies fixed;
+  const std::bitset<kMaxPipes> shaped = shaped_pipes();
   for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
-    fixed.pipes.set(i, !can_move(around.offsets, i));
+    fixed.pipes.set(i, !can_move(around.offsets, i) && !shaped[i]);
   }
   gather_contours(around.T_rack_camera, std::sqrt(around.covariance(kY, kY)), kStep, fixed);
   alignment_.search(image, contours_, around.covariance, kStep, kDistinctPose, kPoses, peaks_);

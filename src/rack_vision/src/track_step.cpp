@@ -82,6 +82,15 @@ MapErrorPrior map_error_prior(const MapErrorBelief& map, const Matrix6d& pose_in
   return {by_pose, linear_algebra::inverse(rest)};
 }
 
+/// Of a pipe that may not be as the model has it, the offset is a part of its shape.
+RackModel with_offsets_in_shapes(const RackModel& model) {
+  RackModel result = model;
+  for (Pipe& pipe : result.pipes) {
+    pipe.movable = pipe.movable && !pipe.shape_deviation.any();
+  }
+  return result;
+}
+
 /// The candidate of a sample that is nearest to where the edge was expected; it has one.
 const EdgeCandidate& nearest(const SearchedSample& sample) {
   const auto candidates =
@@ -94,15 +103,23 @@ const EdgeCandidate& nearest(const SearchedSample& sample) {
 
 TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
                      const RackTrackerParameters& parameters)
-    : model_(model),
+    : model_(with_offsets_in_shapes(model)),
       camera_(camera),
       parameters_(parameters),
       edge_search_(camera, search_parameters(parameters)),
       edge_memory_(model),
       map_(model, camera, map_parameters(parameters)),
-      solver_(model, solver_parameters(parameters)),
-      start_solver_(model, start_solver_parameters(parameters)),
+      solver_(model_, solver_parameters(parameters)),
+      start_solver_(model_, start_solver_parameters(parameters)),
       alignment_(camera) {
+  for (std::size_t i = 0; i < model.pipes.size(); ++i) {
+    const Pipe& pipe = model.pipes[i];
+    if (pipe.shape_deviation.any()) {
+      const double offset_sigma =
+          pipe.movable && parameters.estimate_offsets ? parameters.offset_sigma : 0;
+      shapes_.push_back({i, pipe, ShapeMemory(pipe, offset_sigma)});
+    }
+  }
   rows_.row_time = parameters.row_time;
   rows_.middle_row = 0.5 * (camera.parameters().height - 1);
   reserve();
@@ -155,15 +172,17 @@ void TrackStep::set_velocity(const TrackBelief& before) {
 
 UncertainView TrackStep::view(const TrackBelief& belief) const {
   return {belief.T_rack_camera.inverse(), belief.covariance, belief.anchor_variance,
-          std::span(belief.offsets.mean).first(model_.pipes.size()), belief.offsets.unplaced};
+          std::span(belief.offsets.mean).first(model_.pipes.size()),
+          belief.offsets.unplaced | without_texture_};
 }
 
 void TrackStep::render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets) {
   const geometry::SE3 T_camera_rack = T_rack_camera.inverse();
   renderer_.render(model_, std::span(offsets.mean).first(model_.pipes.size()), camera_,
                    T_camera_rack, edges_);
-  std::erase_if(edges_, [&offsets](const VisibleEdge& edge) {
-    return edge.id.kind == EdgeKind::kPipe && offsets.unplaced[edge.id.body];
+  const std::bitset<kMaxPipes> left_out = offsets.unplaced | unshaped_;
+  std::erase_if(edges_, [&left_out](const VisibleEdge& edge) {
+    return edge.id.kind == EdgeKind::kPipe && left_out[edge.id.body];
   });
   normals_.clear();
   for (const VisibleEdge& edge : edges_) {
@@ -215,6 +234,7 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
   samples_.clear();
   searched_.clear();
   skipped_ = 0;
+  const CameraView seen(camera_, belief.T_rack_camera.inverse());
   TrackBelief along = belief;
   along.covariance.setZero();
   along.covariance(kY, kY) = along_variance;
@@ -227,6 +247,7 @@ void TrackStep::search(const ImageView& image, const TrackBelief& belief, double
     }
     const Eigen::Vector2d middle = 0.5 * (edges_[i].image_start + edges_[i].image_end);
     double range = range_of(edges_[i], normals_[i], belief) +
+                   kRangeDeviations * shape_deviation(edges_[i], normals_[i], seen) +
                    least_range * ideal_per_pixel(camera_, middle, normals_[i]);
     EdgeMotion motion;
     if (rows_.is_rolling()) {
@@ -290,12 +311,19 @@ bool TrackStep::solve_by(PoseSolver& solver, const TrackBelief& guess,
   }
   problem.pose_prior = PosePrior{prior_pose.inverse(), linear_algebra::inverse(prior_covariance)};
   problem.offsets = offsets;
+  problem.shapes = shape_beliefs_;
+  problem.first_shapes = shapes_in_use_;
   if (with_points && !points_.empty() && map_error_.exists()) {
     problem.map_error = map_error_prior(map_error_, problem.pose_prior->information);
   }
   solver.solve(camera_, problem, solution_);
-  return solution_.status == PoseStatus::kOk || solution_.status == PoseStatus::kUnobserved ||
-         solution_.status == PoseStatus::kNotConverged;
+  const bool solved = solution_.status == PoseStatus::kOk ||
+                      solution_.status == PoseStatus::kUnobserved ||
+                      solution_.status == PoseStatus::kNotConverged;
+  if (solved && !shapes_.empty()) {
+    use_solved_shapes();
+  }
+  return solved;
 }
 
 void TrackStep::match_points(const ImageView& image, const TrackBelief& before,
@@ -337,6 +365,7 @@ bool TrackStep::find_edges(const ImageView& image, const TrackBelief& belief, Al
 void TrackStep::find(const ImageView& image, const TrackBelief& believed, StepOutcome& outcome) {
   map_error_ = believed.map;
   set_velocity(believed);
+  begin_shapes(believed);
   TrackBelief before = believed;
   render_placed(before);
   if (map_.size() > 0 && is_wide(before)) {
@@ -423,7 +452,6 @@ void TrackStep::find_by(const ImageView& image, const TrackBelief& before, Along
 }
 
 void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
-  outcome.solved = true;
   outcome.status = solution_.status;
   outcome.map_error = solution_.map_error;
   outcome.belief.T_rack_camera = solution_.T_camera_rack.inverse();
@@ -431,6 +459,7 @@ void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.belief.offsets = solution_.offsets;
   outcome.belief.anchor_variance = anchor_variance;
   outcome.offset_observed = solution_.offset_observed;
+  outcome.shapes = solution_.shapes;
   outcome.covariance_by_offsets = solution_.covariance_by_offsets;
   outcome.edge_information = solution_.edge_information;
   outcome.inlier_share = solution_.inlier_share;
@@ -438,6 +467,8 @@ void TrackStep::accept(double anchor_variance, StepOutcome& outcome) {
   outcome.edge_samples = static_cast<int>(samples_.size());
   render(outcome.belief.T_rack_camera, outcome.belief.offsets);
   collect_evidence(outcome);
+  // A pose and shapes that are both unknown explain anything.
+  outcome.solved = without_texture_.none() || !is_wide(outcome.belief);
 }
 
 }  // namespace pipescout::rack_vision

@@ -23,6 +23,7 @@
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 #include "pose_belief.hpp"
+#include "shape_memory.hpp"
 
 namespace pipescout::rack_vision {
 
@@ -66,6 +67,7 @@ struct StepOutcome {
   std::array<PipeSupport, kMaxPipes> pipes{};
   PoseStatus status = PoseStatus::kNoFeatures;
   std::bitset<kMaxPipes> offset_observed;
+  std::vector<ShapeBelief> shapes;  ///< of TrackStep::shapes
   /// m, one sigma, above 0 where pipes lie farther from where they were believed than was said: the
   /// prior with which their offsets were found.
   double misplaced_by = 0;
@@ -125,14 +127,41 @@ class TrackStep {
   /// tells best. Nothing when it tells none. Call it after `learn`.
   [[nodiscard]] std::optional<FoundPipe> find_unplaced(const ImageView& image,
                                                        const StepOutcome& outcome);
+  /// What the last image, whose outcome this is, says of pipes that may not be as the model has
+  /// them; `share` of it was not told by those before. Call it after `learn`.
+  void learn_shapes(const ImageView& image, const StepOutcome& outcome, double share);
+  void forget_shapes();
+  /// Of a pipe that may not be as the model has it.
+  struct ShapedPipe {
+    std::size_t pipe = 0;
+    Pipe drawn;  ///< as the model has it
+    ShapeMemory memory;
+  };
+  [[nodiscard]] const std::vector<ShapedPipe>& shapes() const noexcept { return shapes_; }
   /// A camera of the same size, from the next image on.
   void set_camera(const geometry::Camera& camera);
 
+  [[nodiscard]] const RackModel& model() const noexcept { return model_; }
   [[nodiscard]] std::size_t map_points() const noexcept { return map_.size(); }
 
  private:
   void reserve();
   void render(const geometry::SE3& T_rack_camera, const OffsetBelief& offsets);
+  /// An image begins: pipes have the shapes that are believed, and those are left out whose
+  /// contours may, for what is unknown of them, be too far from where the camera would see them.
+  void begin_shapes(const TrackBelief& belief);
+  /// From here on the model has the pipes with these shapes, in the order of shapes_.
+  void use_shapes(std::span<const ShapeVector> shapes);
+  void use_believed_shapes();
+  void use_solved_shapes();
+  /// Pipes that may not be as the model has them.
+  [[nodiscard]] std::bitset<kMaxPipes> shaped_pipes() const noexcept;
+  /// px, one sigma, that a contour may be elsewhere for what is unknown of its pipe's shape.
+  [[nodiscard]] double shape_deviation(const VisibleEdge& edge, const Eigen::Vector2d& normal,
+                                       const CameraView& seen) const;
+  /// The contours of one pipe in the last image, where the model in use has them: into edges_.
+  void render_only(std::size_t pipe, const StepOutcome& outcome);
+  void take_view(const ImageView& image, const StepOutcome& outcome, ShapedPipe& shaped);
   void search(const ImageView& image, const TrackBelief& belief, double least_range,
               double along_variance);
   /// How a motion of the camera, as in `pose_difference`, moves a point of the rack along an image
@@ -272,17 +301,27 @@ class TrackStep {
                             const OffsetBelief& offsets) const;
   /// Whether the points bear each other out at the pose that was solved.
   [[nodiscard]] bool points_agree() const;
+  /// Whether what is as the model has it determines the pose across the pipes, where others in view
+  /// may not be: pose and shapes that are both unknown explain anything.
+  [[nodiscard]] bool rests_on_what_is_known() const;
   void forget_matches();
   void collect_evidence(StepOutcome& outcome) const;
   /// How near the edges that were found are to where they are rendered: 1 when all lie on them, 0
   /// when none is found.
   [[nodiscard]] double sharpness() const;
+  /// Whether one of its candidates lies on the line on which the edge is seen.
+  [[nodiscard]] static bool is_found(const SearchedSample& sample, const VisibleEdge& edge);
   [[nodiscard]] const VisibleEdge* rendered(const EdgeId& id) const noexcept;
   [[nodiscard]] UncertainView view(const TrackBelief& belief) const;
 
-  RackModel model_;
+  RackModel model_;  ///< with the shapes in use
   geometry::Camera camera_;
   RackTrackerParameters parameters_;
+  std::vector<ShapedPipe> shapes_;
+  std::vector<ShapeBelief> shape_beliefs_;  ///< the same, for the solver
+  std::vector<ShapeVector> shapes_in_use_;  ///< the same, that the model has
+  std::bitset<kMaxPipes> unshaped_;         ///< pipes that are left out
+  std::bitset<kMaxPipes> without_texture_;  ///< pipes whose surface is not known well enough for it
   ImageNoise noise_;
   EdgeRenderer renderer_;
   EdgeSearch edge_search_;

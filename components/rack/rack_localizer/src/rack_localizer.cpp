@@ -247,6 +247,7 @@ CallbackReturn RackLocalizer::on_configure() {
   localization_.reset();
   calibration_.reset();
   intrinsics_.reset();
+  shapes_.clear();
   start_.reset();
   suggestion_.reset();
   odometry_.emplace(kOdometryHistory, kOdometryReach);
@@ -425,6 +426,7 @@ void RackLocalizer::on_image(const Image& message) {
     last_image_ = stamp;
   }
   intrinsics_ = result.intrinsics;
+  shapes_.assign(result.shapes.begin(), result.shapes.end());
   publish(message, result);
 }
 
@@ -490,6 +492,24 @@ void RackLocalizer::tell_counts() {
   tell("start.image_ambiguous", counts.image_ambiguous);
   tell("start.image_unclear", counts.image_unclear);
   tell("recoveries", counts.recoveries);
+  for (const rack_vision::PipeShapeEstimate& each : shapes_) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << std::fixed << std::setprecision(4);
+    const auto tell_one = [&text](const char* name, double value, double deviation) {
+      text << name << value << " +- " << deviation;
+    };
+    if (each.found) {
+      tell_one("height ", each.shape.height, each.deviation.height);
+      tell_one(" m, radius ", each.shape.radius, each.deviation.radius);
+      tell_one(" m, turned aside ", each.shape.turn_aside, each.deviation.turn_aside);
+      tell_one(" rad, up ", each.shape.turn_up, each.deviation.turn_up);
+      text << " rad";
+    } else {
+      text << "not told by the images: the pipe is no part of the pose";
+    }
+    diagnostics().set_value("shape." + model_.pipes[each.pipe].name, text.str());
+  }
   if (intrinsics_) {
     static constexpr std::array kNames{"camera.focal_length", "camera.centre_u", "camera.centre_v"};
     for (Eigen::Index i = 0; i < 3; ++i) {

@@ -61,7 +61,7 @@ void print(const std::string& text, const cv::Scalar& colour, cv::Mat& picture) 
 }  // namespace
 
 Overlay::Overlay(const rack_vision::RackModel& model, const geometry::Camera& camera)
-    : model_(model), camera_(camera) {}
+    : drawn_(model), model_(model), camera_(camera) {}
 
 void Overlay::write(const std::filesystem::path& file, const rack_vision::ImageView& image,
                     const rack_vision::RackTrackerResult& result) {
@@ -71,6 +71,11 @@ void Overlay::write(const std::filesystem::path& file, const rack_vision::ImageV
   cv::Mat picture;
   cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
   if (result.status == TrackStatus::kTracking) {
+    for (const rack_vision::PipeShapeEstimate& each : result.shapes) {
+      rack_vision::PipeShape shape = each.shape;
+      shape.offset = 0;  // it is in the offsets
+      model_.pipes[each.pipe] = shaped(drawn_.pipes[each.pipe], shape);
+    }
     renderer_.render(model_, result.offsets, camera_, result.T_rack_camera.inverse(), edges_);
     for (const rack_vision::VisibleEdge& edge : edges_) {
       draw(edge, camera_, edge.id.kind == rack_vision::EdgeKind::kPipe ? kPipe : kSupport, picture);

@@ -24,7 +24,8 @@ class Overlay {
              const rack_vision::RackTrackerResult& result);
 
  private:
-  const rack_vision::RackModel& model_;
+  rack_vision::RackModel drawn_;  ///< as the rack file has it
+  rack_vision::RackModel model_;  ///< with the shapes that were found
   const geometry::Camera& camera_;
   rack_vision::EdgeRenderer renderer_;
   std::vector<rack_vision::VisibleEdge> edges_;

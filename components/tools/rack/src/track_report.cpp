@@ -109,6 +109,29 @@ std::string pipes(const TrackRun& run) {
   return text;
 }
 
+std::string shapes(const TrackRun& run) {
+  if (run.shapes.empty()) {
+    return {};
+  }
+  std::string text =
+      "\n## Shapes of pipes\n\nAgainst the rack file, with one standard deviation, after the last "
+      "tracked image. Turns are those of the axis about its middle.\n\n"
+      "| pipe | height [mm] | radius [mm] | turned aside [mrad] | turned up [mrad] |\n"
+      "|---|---|---|---|---|\n";
+  for (const PipeShapeFound& each : run.shapes) {
+    const auto cell = [](double value, double deviation) {
+      return formatted(" %.1f +- %.1f |", 1e3 * value, 1e3 * deviation);
+    };
+    text += "| " + each.pipe + " |";
+    text += each.found ? cell(each.shape.height, each.deviation.height) +
+                             cell(each.shape.radius, each.deviation.radius) +
+                             cell(each.shape.turn_aside, each.deviation.turn_aside) +
+                             cell(each.shape.turn_up, each.deviation.turn_up) + "\n"
+                       : " not told by the images, and no part of the pose | | | |\n";
+  }
+  return text;
+}
+
 std::vector<std::string> left_out(const TrackRun& run) {
   constexpr std::size_t kMostNames = 3;
   std::map<std::string, std::vector<std::string>> by_reason;
@@ -221,6 +244,7 @@ std::string report(const TrackRun& run, const std::vector<std::string>& said) {
   add_list(text, "What was taken for what", taken, "Nothing.");
   text += course(run);
   text += pipes(run);
+  text += shapes(run);
   add_list(text, "What was left out, and why", left_out(run), "Nothing.");
   if (const auto lines = advice(run); !lines.empty()) {
     add_list(text, "What to do", lines, "");

@@ -66,6 +66,18 @@ std::vector<PipeOffset> offsets_of(const rack_vision::RackModel& model,
   return offsets;
 }
 
+std::vector<PipeShapeFound> shapes_of(const rack_vision::RackModel& model,
+                                      const RackTrackerResult& result) {
+  std::vector<PipeShapeFound> shapes;
+  for (const rack_vision::PipeShapeEstimate& each : result.shapes) {
+    shapes.push_back({.pipe = model.pipes[each.pipe].name,
+                      .found = each.found,
+                      .shape = each.shape,
+                      .deviation = each.deviation});
+  }
+  return shapes;
+}
+
 }  // namespace
 
 TrackRun track_images(ImageSource& source, const rack_vision::RackModel& model,
@@ -95,6 +107,7 @@ TrackRun track_images(ImageSource& source, const rack_vision::RackModel& model,
     if (tracked) {
       ++run.tracked;
       run.offsets = offsets_of(model, result);
+      run.shapes = shapes_of(model, result);
     }
     // The first tracked one shows whether the rack was taken for what it is.
     const bool shown =

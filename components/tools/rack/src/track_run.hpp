@@ -51,11 +51,20 @@ struct PipeOffset {
   bool movable = false;
 };
 
+/// Of a pipe that the rack file allows to be otherwise.
+struct PipeShapeFound {
+  std::string pipe;
+  bool found = false;
+  rack_vision::PipeShape shape{};
+  rack_vision::PipeShape deviation{};
+};
+
 struct TrackRun {
   std::vector<TrackedImage> images;
   std::size_t tracked = 0;
   Eigen::Vector3d along = Eigen::Vector3d::UnitY();  ///< main direction of the pipes, rack frame
-  std::vector<PipeOffset> offsets;  ///< after the last tracked image; empty without one
+  std::vector<PipeOffset> offsets;     ///< after the last tracked image; empty without one
+  std::vector<PipeShapeFound> shapes;  ///< the same
   rack_vision::RackLocalizationCounts starts;
   std::vector<std::string> said;  ///< by the source
   std::vector<LeftOut> left_out;

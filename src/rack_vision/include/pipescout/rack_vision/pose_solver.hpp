@@ -93,6 +93,21 @@ struct OffsetBelief {
   std::bitset<kMaxPipes> unplaced;
 };
 
+inline constexpr int kShapeUnknowns = 5;
+/// PipeShape as a vector, in the order of its fields.
+using ShapeVector = Eigen::Matrix<double, kShapeUnknowns, 1>;
+using ShapeMatrix = Eigen::Matrix<double, kShapeUnknowns, kShapeUnknowns>;
+
+[[nodiscard]] PipeShape to_shape(const ShapeVector& vector) noexcept;
+
+/// Shape of a pipe that may not be as the model has it, m and rad, and its covariance. What has a
+/// variance of 0 stays at its mean.
+struct ShapeBelief {
+  std::size_t pipe = 0;
+  ShapeVector mean = ShapeVector::Zero();
+  ShapeMatrix covariance = ShapeMatrix::Zero();
+};
+
 /// Focal length f_c and centre u_0, v_0, pixels, and their covariance. Exact for a camera without
 /// distortion; with distortion valid for changes that are small compared with the image.
 struct IntrinsicsBelief {
@@ -160,6 +175,10 @@ struct PoseProblem {
   OffsetBelief offsets{};
   /// Initial values of the offsets, one per pipe or kMaxPipes; empty: the mean of the prior.
   PipeOffsets first_offsets{};
+  /// The same of shapes: at most kMaxShapedPipes, each of another pipe, which is not movable.
+  std::span<const ShapeBelief> shapes{};
+  /// Initial values of the shapes, as many; empty: the means of the priors.
+  std::span<const ShapeVector> first_shapes{};
   /// If set, the intrinsics are estimated too, in the same way.
   std::optional<IntrinsicsBelief> intrinsics{};
   /// If set, the map error is estimated too. Needs a `pose_prior` if `by_pose` is not zero.
@@ -202,10 +221,11 @@ struct PoseSolution {
   /// Innovation of the pipe's offset, m, and its standard deviation; 0: not tested.
   std::array<double, kMaxPipes> offset_innovation{};
   std::array<double, kMaxPipes> innovation_deviation{};
-  /// Covariance of the pose due to errors of the offsets, for edges like those of this image, m and
-  /// rad. It does not average out over images.
+  std::vector<ShapeBelief> shapes;  ///< after this image, in the order of the problem
+  /// Covariance of the pose due to errors of offsets and shapes, for edges like those of this
+  /// image, m and rad. It does not average out over images.
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
-  /// Of the pose, by the edges of this image alone; of the offsets it has what was believed.
+  /// Of the pose, by the edges of this image alone; of offsets and shapes it has what was believed.
   geometry::Matrix6d edge_information = geometry::Matrix6d::Zero();
   std::optional<IntrinsicsBelief> intrinsics{};
   std::optional<MapErrorSolution> map_error{};  ///< when it is estimated

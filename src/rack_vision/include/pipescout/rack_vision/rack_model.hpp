@@ -21,6 +21,7 @@ namespace pipescout::rack_vision {
 inline constexpr std::size_t kMaxPipes = 32;
 inline constexpr std::size_t kMaxSections = 128;  ///< of all pipes together
 inline constexpr std::size_t kMaxSupports = 64;
+inline constexpr std::size_t kMaxShapedPipes = 8;       ///< with a ShapeDeviation
 inline constexpr double kMostHeightDeviation = 0.3;     ///< m, see ShapeDeviation
 inline constexpr double kMostDirectionDeviation = 0.1;  ///< rad
 
@@ -110,6 +111,18 @@ struct RackModel {
 /// pipes. Pipes steeper than 30 degrees do not count; without others it is y. `model` must be
 /// valid.
 [[nodiscard]] Eigen::Vector3d main_direction(const RackModel& model);
+
+/// What a pipe is found to differ by from the model, or the standard deviation of that.
+struct PipeShape {
+  double offset = 0;      ///< m, along rack x
+  double height = 0;      ///< m, along rack z
+  double turn_aside = 0;  ///< rad, of the axis about its middle: to the right, seen from above
+  double turn_up = 0;     ///< rad, the same: upwards
+  double radius = 0;      ///< m, of all its radii
+};
+
+/// The pipe with this shape.
+[[nodiscard]] Pipe shaped(const Pipe& pipe, const PipeShape& shape);
 
 /// One pipe of a row as in the paper: radius and gap to the previous one.
 struct RowPipe {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -76,6 +77,15 @@ struct MotionPrediction {
   geometry::Matrix6d covariance = geometry::Matrix6d::Identity();
 };
 
+/// What is believed of a pipe that may not be as the model has it: Pipe::shape_deviation.
+struct PipeShapeEstimate {
+  std::size_t pipe = 0;  ///< index in the model
+  /// One shape explains its contours in several views; before, the pipe is no part of the pose.
+  bool found = false;
+  PipeShape shape;
+  PipeShape deviation;  ///< one sigma
+};
+
 struct RackTrackerResult {
   TrackStatus status = TrackStatus::kNotStarted;
   /// Text in static storage; empty without a problem. Of a tracked pose from RackLocalization: that
@@ -90,10 +100,14 @@ struct RackTrackerResult {
   /// of the intrinsics, when they are estimated.
   geometry::Matrix6d covariance = geometry::Matrix6d::Zero();
 
-  /// One entry per pipe, valid until the next call of the tracker; see PipeOffsets.
+  /// One entry per pipe, valid until the next call of the tracker; see PipeOffsets. Of those in
+  /// `shapes`, the offset of the shape.
   std::span<const double> offsets;
   std::span<const double> offset_variances;       ///< m^2
-  std::span<const std::uint8_t> offset_observed;  ///< 1: observed in this image
+  std::span<const std::uint8_t> offset_observed;  ///< 1: observed in this image; `shapes`: found
+
+  /// One entry per pipe with a shape deviation, valid until the next call, in every status.
+  std::span<const PipeShapeEstimate> shapes;
 
   /// If they are estimated: their current estimate, in every status.
   std::optional<IntrinsicsBelief> intrinsics{};

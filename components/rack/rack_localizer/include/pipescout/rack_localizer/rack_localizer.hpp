@@ -117,6 +117,7 @@ class RackLocalizer final : public Component {
   std::optional<OdometryHistory> odometry_;
   std::optional<Time> last_image_;
   std::optional<rack_vision::IntrinsicsBelief> intrinsics_;  ///< when they are estimated
+  std::vector<rack_vision::PipeShapeEstimate> shapes_;
   rack_vision::TrackStatus last_status_ = rack_vision::TrackStatus::kNotStarted;
   bool image_heard_ = true;
 
