@@ -115,12 +115,14 @@ void add_command(CLI::App& app, Action& action) {
   const auto* data =
       app.add_option("--data", arguments->data,
                      "Folder of real data; default: $PIPESCOUT_SHARED_DATA or ../shared/data");
-  app.add_option("--part", arguments->part,
-                 "Of table rack: features, images, noise, offsets, bodies, cameras or leaks; "
-                 "default: all");
+  app.add_option(
+      "--part", arguments->part,
+      "Of table rack: features, images, noise, offsets, shapes, bodies, cameras or leaks; "
+      "default: all");
   app.add_option("--trials", arguments->trials,
                  "Of table rack: trials of each figure over pipes that are not where the rack file "
-                 "has them; default: 1000, and 500 of those far away")
+                 "has them; default: 1000, 500 of those far away, and 20 of other shapes in each "
+                 "renderer")
       ->check(CLI::Range(std::size_t{1}, kMostTrials));
   app.footer("Tables:" + known_tables());
   app.callback([=, &action] {

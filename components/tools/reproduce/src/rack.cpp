@@ -12,8 +12,8 @@ namespace {
 using Work = void (*)(RackReproduction&);
 
 constexpr std::array<Work, kRackParts.size()> kWork{
-    reproduce_rack_features, reproduce_rack_images,  reproduce_rack_noise, reproduce_rack_offsets,
-    reproduce_rack_bodies,   reproduce_rack_cameras, reproduce_rack_leaks};
+    reproduce_rack_features, reproduce_rack_images, reproduce_rack_noise,   reproduce_rack_offsets,
+    reproduce_rack_shapes,   reproduce_rack_bodies, reproduce_rack_cameras, reproduce_rack_leaks};
 
 }  // namespace
 

@@ -39,6 +39,10 @@ void reproduce_rack_noise(RackReproduction& run);
 /// `offsets_...`, `fig8_...`, `coverage99_percent`.
 void reproduce_rack_offsets(RackReproduction& run);
 
+/// On images of two renderers, over pipes whose heights, directions and radii are not those of the
+/// rack file, which states the deviations or does not: `shapes_...`.
+void reproduce_rack_shapes(RackReproduction& run);
+
 /// On images of two renderers, with flanges, lagging, valves, a tray and people that the rack file
 /// does not have, and with a file that has most of them: `bodies_...`.
 void reproduce_rack_bodies(RackReproduction& run);

@@ -57,8 +57,8 @@ struct ReproducibleTable {
   std::span<const std::string_view> parts{};
 };
 
-inline constexpr std::array<std::string_view, 7> kRackParts{
-    "features", "images", "noise", "offsets", "bodies", "cameras", "leaks"};
+inline constexpr std::array<std::string_view, 8> kRackParts{
+    "features", "images", "noise", "offsets", "shapes", "bodies", "cameras", "leaks"};
 
 [[nodiscard]] std::span<const ReproducibleTable> reproducible_tables();
 
@@ -105,6 +105,8 @@ struct RackImageExtent {
   std::size_t misplaced_far = 500;    ///< the same up to 25 cm
   std::size_t misplaced_places = 20;  ///< where they are tried
   std::size_t figure_8 = 8;           ///< flights of Figure 8
+  std::size_t shaped = 20;            ///< rack files with pipes of other shapes, of each renderer
+  double shaped_duration = 10;        ///< s over each of them
   double bodies = 20;                 ///< s over a rack on which more lies than its model has
   double cameras = 20;                ///< s with each of the cameras that are compared
 };

@@ -147,6 +147,8 @@ TEST(Reproduce, FliesOverTheRack) {
                                .misplaced_far = 1,
                                .misplaced_places = 1,
                                .figure_8 = 1,
+                               .shaped = 1,
+                               .shaped_duration = 0.08,
                                .bodies = 0.4,
                                .cameras = 0.4};
   const auto result = reproduce_rack(
@@ -187,6 +189,8 @@ TEST(Reproduce, FliesOverTheRack) {
                              "fig8_images_offsets_error_m",
                              "fig8_images_offsets_worst_m",
                              "coverage99_percent",
+                             "shapes_rays_told_position_median_mm",
+                             "shapes_mesh_not_told_coverage99_percent",
                              "row_skew_error_ratio",
                              "fisheye_error_ratio",
                              "rack_leaks_found_percent",
@@ -219,6 +223,23 @@ TEST(Reproduce, MisplacesPipesWithoutTheFlightsInNoise) {
     EXPECT_TRUE(result.figures.contains(figure)) << figure;
   }
   EXPECT_FALSE(result.figures.contains("noise_grid_position_m"));
+}
+
+TEST(Reproduce, ComparesStatedShapesWithOthers) {
+  std::ostringstream out;
+  const RackExtent extent{.images = {.shaped = 20, .shaped_duration = 0.08}};
+  const auto result = reproduce_rack({.part = "shapes", .trials = 1}, extent, out);
+  for (const char* renderer : {"rays", "mesh"}) {
+    for (const char* file : {"told", "not_told"}) {
+      for (const char* figure : {"position_median_mm", "position_p95_mm", "tracked_percent",
+                                 "coverage99_percent", "silent_wrong", "lost"}) {
+        const std::string name = std::string("shapes_") + renderer + "_" + file + "_" + figure;
+        EXPECT_TRUE(result.figures.contains(name)) << name;
+      }
+    }
+  }
+  EXPECT_EQ(result.figures.size(), 24U);
+  EXPECT_THAT(out.str(), AllOf(HasSubstr("by rays"), HasSubstr("by a mesh")));
 }
 
 TEST(ReproduceEstimator, GivesAllFigures) {

@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
 
-#include "pipescout/rack_study/image_score.hpp"
 #include "pipescout/rack_vision/rack_localization.hpp"
-#include "pipescout/simulation/rack_image_light.hpp"
 #include "pipescout/statistics/draw.hpp"
+#include "place_images.hpp"
 
 namespace pipescout::rack_study {
 namespace {
@@ -20,37 +18,24 @@ using rack_vision::RackModel;
 class MisplacedPlace {
  public:
   MisplacedPlace(const MisplacedPipesSettings& settings, std::uint64_t seed)
-      : settings_(settings), engine_(seed) {
-    take();
-  }
+      : settings_(settings),
+        engine_(seed),
+        images_(settings.rack, settings.world, settings.duration, engine_) {}
 
   MisplacedPipesTrial fly(const RackModel& file) {
     rack_vision::RackLocalizationParameters parameters;
     if (settings_.stated_deviation > 0) {
       parameters.tracker.offset_sigma = settings_.stated_deviation;
     }
-    rack_vision::RackLocalization localization(file, camera_, parameters);
-    geometry::Vector6d sigma;
-    sigma << Eigen::Vector3d::Constant(settings_.start_position),
-        Eigen::Vector3d::Constant(settings_.start_rotation);
-    const geometry::Vector6d error = sigma.cwiseProduct(statistics::normals<6>(engine_));
-    const geometry::SE3 truth = motions_.front().T_camera_rack.inverse();
-    localization.set_pose(geometry::SE3(geometry::SO3::exp(error.tail<3>()) * truth.rotation(),
-                                        truth.translation() + error.head<3>()),
-                          geometry::Matrix6d(sigma.cwiseAbs2().asDiagonal()));
     MisplacedPipesTrial trial;
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      const rack_vision::ImageView view{.pixels = images_[i].data(),
-                                        .width = camera_.parameters().width,
-                                        .height = camera_.parameters().height,
-                                        .stride = camera_.parameters().width};
-      const auto result = localization.track(view, motions_[i].time);
-      trial.frames.push_back(score_frame(result, motions_[i].T_camera_rack));
-      trial.frames.back().time = motions_[i].time;
-      if (trial.frames.back().has_pose) {
-        trial.largest_offset_error = largest_error(file, result);
-      }
-    }
+    trial.frames = images_.localize(
+        file, parameters,
+        draw_first_pose(settings_.start_position, settings_.start_rotation, engine_),
+        [&](const rack_vision::RackTrackerResult& result, const FrameScore& frame) {
+          if (frame.has_pose) {
+            trial.largest_offset_error = largest_error(file, result);
+          }
+        });
     return trial;
   }
 
@@ -90,43 +75,9 @@ class MisplacedPlace {
     return largest;
   }
 
-  void take() {
-    constexpr double kEarliest = 2;  // s
-    constexpr double kLatest = 25;   // s
-    CameraFlightSettings flight;
-    const auto count =
-        static_cast<std::size_t>(std::lround(settings_.duration * flight.frame_rate));
-    flight.duration = statistics::uniform(engine_, kEarliest, kLatest) + settings_.duration;
-    motions_ = fly_camera(inspection_way_points(flight.duration, engine_()), flight, engine_());
-    motions_.erase(motions_.begin(), motions_.end() - static_cast<std::ptrdiff_t>(count));
-    const auto pixels = static_cast<std::size_t>(camera_.parameters().width) *
-                        static_cast<std::size_t>(camera_.parameters().height);
-    const simulation::ChangingRackLight light({}, engine_());
-    simulation::RackScene scene;
-    scene.model = settings_.rack;
-    scene.seed = engine_();
-    std::optional<simulation::RackImageRenderer> caster;
-    std::optional<MeshRenderer> mesh;
-    if (settings_.world == World::kMesh) {
-      mesh.emplace(MeshScene{.model = scene.model, .seed = scene.seed}, camera_);
-    } else {
-      caster.emplace(scene, camera_);
-    }
-    for (const CameraMotion& motion : motions_) {
-      std::vector<std::uint8_t>& image = images_.emplace_back(pixels);
-      if (mesh) {
-        mesh->render(motion.T_camera_rack, images_.size(), image);
-      } else {
-        caster->render(view_of(motion, light, images_.size()), image);
-      }
-    }
-  }
-
   const MisplacedPipesSettings& settings_;
   std::mt19937_64 engine_;
-  geometry::Camera camera_;
-  std::vector<CameraMotion> motions_;
-  std::vector<std::vector<std::uint8_t>> images_;
+  PlaceImages images_;
 };
 
 }  // namespace
@@ -165,14 +116,13 @@ MisplacedPipesScore score_misplaced_pipes(std::span<const MisplacedPipesTrial> t
   MisplacedPipesScore score;
   for (const MisplacedPipesTrial& trial : trials) {
     ++score.trials;
-    const ImageFlightScore images = score_flight(trial.frames);
-    score.images_with_pose += images.with_pose;
-    score.images_covered += images.pose_covered_99;
-    score.images_silent += images.silent_wrong;
-    score.silent_wrong += images.silent_wrong > 0 ? 1 : 0;
-    const FrameScore last = trial.frames.empty() ? FrameScore{} : trial.frames.back();
-    score.lost += last.has_pose ? 0 : 1;
-    score.converged += last.has_pose && !is_wrong(last) ? 1 : 0;
+    const PlaceOutcome outcome = outcome_of(trial.frames);
+    score.images_with_pose += outcome.images.with_pose;
+    score.images_covered += outcome.images.pose_covered_99;
+    score.images_silent += outcome.images.silent_wrong;
+    score.silent_wrong += outcome.images.silent_wrong > 0 ? 1 : 0;
+    score.lost += outcome.lost ? 1 : 0;
+    score.converged += outcome.converged ? 1 : 0;
   }
   return score;
 }

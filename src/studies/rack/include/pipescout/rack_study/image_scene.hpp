@@ -13,6 +13,9 @@
 /// Racks, way-points and motions for the studies on rendered images.
 namespace pipescout::rack_study {
 
+/// Which of the two renderers, which share no code, makes the images.
+enum class World : std::uint8_t { kRayCaster, kMesh };
+
 /// The paper's rack, `paper_rack(5)`, on six beams: as racks stand in a plant. Beams, ends, the
 /// reducer and the pipe across tell where along the pipes the camera is.
 [[nodiscard]] rack_vision::RackModel rack_on_beams();

@@ -13,8 +13,6 @@
 /// equations (23) to (26) and Figure 8, from the first image on.
 namespace pipescout::rack_study {
 
-enum class World : std::uint8_t { kRayCaster, kMesh };
-
 struct MisplacedPipesSettings {
   rack_vision::RackModel rack{};  ///< the true one; its pipes are where they are
   World world = World::kRayCaster;
