@@ -237,8 +237,12 @@ TEST(Reproduce, ComparesStatedShapesWithOthers) {
         EXPECT_TRUE(result.figures.contains(name)) << name;
       }
     }
+    for (const char* figure : {"found_percent", "values_covered99_percent"}) {
+      const std::string name = std::string("shapes_") + renderer + "_told_" + figure;
+      EXPECT_TRUE(result.figures.contains(name)) << name;
+    }
   }
-  EXPECT_EQ(result.figures.size(), 24U);
+  EXPECT_EQ(result.figures.size(), 28U);
   EXPECT_THAT(out.str(), AllOf(HasSubstr("by rays"), HasSubstr("by a mesh")));
 }
 
