@@ -506,7 +506,7 @@ void RackLocalizer::tell_counts() {
       tell_one(" rad, up ", each.shape.turn_up, each.deviation.turn_up);
       text << " rad";
     } else {
-      text << "not told by the images: the pipe is no part of the pose";
+      text << "not told by the images";
     }
     diagnostics().set_value("shape." + model_.pipes[each.pipe].name, text.str());
   }

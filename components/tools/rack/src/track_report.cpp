@@ -127,7 +127,7 @@ std::string shapes(const TrackRun& run) {
                              cell(each.shape.radius, each.deviation.radius) +
                              cell(each.shape.turn_aside, each.deviation.turn_aside) +
                              cell(each.shape.turn_up, each.deviation.turn_up) + "\n"
-                       : " not told by the images, and no part of the pose | | | |\n";
+                       : " not told by the images | | | |\n";
   }
   return text;
 }

@@ -80,7 +80,8 @@ struct MotionPrediction {
 /// What is believed of a pipe that may not be as the model has it: Pipe::shape_deviation.
 struct PipeShapeEstimate {
   std::size_t pipe = 0;  ///< index in the model
-  /// One shape explains its contours in several views; before, the pipe is no part of the pose.
+  /// One shape explains its contours in several views; before, `shape` is the model's, and the pose
+  /// rests on the pipe only as far as the stated deviations leave it certain.
   bool found = false;
   PipeShape shape;
   PipeShape deviation;  ///< one sigma
