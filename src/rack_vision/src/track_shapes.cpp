@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pipes that may not be as the model has them: see ShapeMemory.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 
 #include "shape_contour.hpp"
 #include "track_step.hpp"
@@ -53,29 +51,22 @@ double TrackStep::shape_deviation(const VisibleEdge& edge, const Eigen::Vector2d
   return largest;
 }
 
-void TrackStep::use_shapes(std::span<const ShapeVector> shapes) {
-  shapes_in_use_.assign(shapes.begin(), shapes.end());
+void TrackStep::use_shapes(const auto& shape_of) {
+  shapes_in_use_.clear();
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    shapes_in_use_.push_back(shape_of(i));
     Pipe& used = model_.pipes[shapes_[i].pipe];
-    used = shaped(shapes_[i].drawn, to_shape(shapes[i]));
+    used = shaped(shapes_[i].drawn, to_shape(shapes_in_use_.back()));
     used.movable = false;
   }
 }
 
 void TrackStep::use_believed_shapes() {
-  std::array<ShapeVector, kMaxShapedPipes> shapes;
-  for (std::size_t i = 0; i < shapes_.size(); ++i) {
-    shapes[i] = shapes_[i].memory.mean();
-  }
-  use_shapes(std::span(shapes).first(shapes_.size()));
+  use_shapes([this](std::size_t i) { return shapes_[i].memory.mean(); });
 }
 
 void TrackStep::use_solved_shapes() {
-  std::array<ShapeVector, kMaxShapedPipes> shapes;
-  for (std::size_t i = 0; i < shapes_.size(); ++i) {
-    shapes[i] = solution_.shapes[i].mean;
-  }
-  use_shapes(std::span(shapes).first(shapes_.size()));
+  use_shapes([this](std::size_t i) { return solution_.shapes[i].mean; });
 }
 
 void TrackStep::begin_shapes(const TrackBelief& belief) {

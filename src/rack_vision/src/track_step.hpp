@@ -150,8 +150,8 @@ class TrackStep {
   /// An image begins: pipes have the shapes that are believed, and those are left out whose
   /// contours may, for what is unknown of them, be too far from where the camera would see them.
   void begin_shapes(const TrackBelief& belief);
-  /// From here on the model has the pipes with these shapes, in the order of shapes_.
-  void use_shapes(std::span<const ShapeVector> shapes);
+  /// From here on the model has the pipes with these shapes; `shape_of`: by index into shapes_.
+  void use_shapes(const auto& shape_of);
   void use_believed_shapes();
   void use_solved_shapes();
   /// Pipes that may not be as the model has them.
