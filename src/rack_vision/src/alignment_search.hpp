@@ -17,6 +17,9 @@
 /// contour, and then looked up for some hundred thousand poses.
 namespace pipescout::rack_vision {
 
+/// Of the pixel nearest to this place of the image, or to the place of its border nearest to it.
+[[nodiscard]] float nearest_grey(const ImageView& image, const Eigen::Vector2d& at) noexcept;
+
 /// A contour as it is rendered, and how it moves.
 struct AlignmentContour {
   Eigen::Vector2d start, end;  ///< ideal pixels

@@ -24,6 +24,10 @@ constexpr int kMostRepeated = 10;   // identical images in a row, then the camer
 constexpr double kShaken = 3;       // times the usual accelerations
 constexpr int kImagesPerOpinion = 10;
 constexpr int kImagesPerPlacing = 5;
+constexpr int kImagesPerJudgement = 5;
+constexpr double kKeptOfRadii = 0.9;  // of the evidence for them, from one judgement to the next
+// Pipes, over the judgements that are kept: one pipe in view may be in a bad light all the time.
+constexpr double kEnoughRadii = 12;
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;           // images
 constexpr int kProbationOfPlaces = 25;  // where pipes may have been taken for others
@@ -268,6 +272,7 @@ class RackTracker::Implementation {
       offsets_.widen(outcome_.misplaced_by);
     }
     if (starting_) {
+      radii_ = {};
       places_searched_ = outcome_.places_searched;
       probation_ = places_searched_ ? kProbationOfPlaces : kProbation;
       covariance_at_start_ = pose_.covariance();
@@ -291,6 +296,14 @@ class RackTracker::Implementation {
     }
     place_pipes(image);
     step_.learn_shapes(image, outcome_, share);
+    if (!radii_are_borne_out(image)) {
+      // What was learnt of such pipes is worth as little as of others that were taken for them.
+      offsets_.reset();
+      step_.forget_shapes();
+      step_.forget();
+      lose("the pipes do not look as wide as the rack file has them", result);
+      return;
+    }
     improve_camera();
     fill(result);
     result.quality = quality();
@@ -305,6 +318,18 @@ class RackTracker::Implementation {
     }
     const Matrix6d before = linear_algebra::inverse(covariance_at_start_);
     return linear_algebra::inverse<6>(outcome_.edge_information + before);
+  }
+
+  /// Whether the pipes of this track look as wide as the rack file has them.
+  bool radii_are_borne_out(const ImageView& image) {
+    if (++since_judged_ < kImagesPerJudgement) {
+      return true;
+    }
+    since_judged_ = 0;
+    const RadiusEvidence evidence = step_.evidence_for_radii(image, outcome_);
+    radii_.sum = kKeptOfRadii * radii_.sum + evidence.sum;
+    radii_.pipes = kKeptOfRadii * radii_.pipes + evidence.pipes;
+    return radii_.pipes < kEnoughRadii || radii_.sum >= kLeastForRadii * radii_.pipes;
   }
 
   /// Those that the start could not place, once the view tells.
@@ -446,6 +471,8 @@ class RackTracker::Implementation {
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images
   int since_placed_ = 0;   ///< the same
+  int since_judged_ = 0;   ///< the same
+  RadiusEvidence radii_;   ///< of this track
   std::string_view lost_reason_;
   PoseBelief pose_;
   PoseBelief tracked_;       ///< at the last tracked image

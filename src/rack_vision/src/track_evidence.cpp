@@ -165,6 +165,32 @@ bool TrackStep::across_is_found() const {
   return found >= std::max<double>(kJudgedSamples, kLeastOfAcross * searched);
 }
 
+RadiusEvidence TrackStep::evidence_for_radii(const ImageView& image, const StepOutcome& outcome) {
+  const geometry::SE3& T_rack_camera = outcome.belief.T_rack_camera;
+  render(T_rack_camera, outcome.belief.offsets);
+  RadiusEvidence evidence;
+  const std::bitset<kMaxPipes> shaped = shaped_pipes();
+  for (std::size_t i = 0; i < model_.pipes.size(); ++i) {
+    if (shaped[i]) {
+      continue;
+    }
+    Bodies only_this{.pipes = {}, .supports = false};
+    only_this.pipes.set(i);
+    gather_contours(T_rack_camera, 0, 0, only_this);
+    if (const std::optional<double> share = radius_rank_.share_of_better(image, contours_)) {
+      evidence.sum -= std::log(*share);
+      ++evidence.pipes;
+    }
+  }
+  return evidence;
+}
+
+bool TrackStep::radii_are_borne_out(const ImageView& image, const StepOutcome& outcome, int fewest,
+                                    double least) {
+  const RadiusEvidence evidence = evidence_for_radii(image, outcome);
+  return evidence.pipes < fewest || evidence.sum >= least * evidence.pipes;
+}
+
 std::optional<double> TrackStep::shift_of_map(const ImageView& image, const TrackBelief& belief) {
   TrackBelief supported = belief;
   supported.T_rack_camera = solution_.T_camera_rack.inverse();

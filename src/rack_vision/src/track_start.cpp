@@ -70,6 +70,8 @@ constexpr double kAnewPlace = 0.03;    // m, of a second opinion
 constexpr double kAnewTurn = 0.015;    // rad
 constexpr double kAnotherPlace = 1.0;  // px, between what is seen from both
 constexpr double kClearlySharper = 0.1;
+constexpr int kFewestRadii = 2;      // pipes: one may be in a bad light
+constexpr double kClearRadii = 2.5;  // evidence for each: 1 by chance
 constexpr int kY = 1;
 constexpr int kZ = 2;
 
@@ -304,7 +306,7 @@ bool TrackStep::explains_the_image(const TrackBelief& around, const StepOutcome&
                                    double share, const geometry::Vector6d& moved) const {
   const geometry::Vector6d before = around.covariance.diagonal().cwiseSqrt();
   const geometry::Vector6d sigma = tried.belief.covariance.diagonal().cwiseSqrt();
-  return share >= kLeastShare + kShareByScale * solution_.residual_scale &&
+  return share >= kLeastShare &&
          reference_is_found(model_, around.offsets, shaped_pipes(), tried.pipes,
                             kLeastOfReference) &&
          std::max(sigma(0), sigma(kZ)) <= kCertainPlace &&
@@ -342,17 +344,23 @@ void TrackStep::consider_start(const ImageView& image, const TrackBelief& around
     }
   }
   const double share = found_share(outcome.evidence);
+  bool explains = likely && explains_the_image(around, outcome, share, moved) &&
+                  rests_on_what_is_known() &&
+                  (!start.offsets || reference_is_found(model_, around.offsets, shaped_pipes(),
+                                                        outcome.pipes, kLeastOfReferenceAlone));
   const double contrast = start.offsets ? kContrastWeight * contrast_along(image, found) : 0.0;
+  if (explains && share < kLeastShare + kShareByScale * solution_.residual_scale) {
+    // What lies on pipes hides their contours.
+    const RadiusEvidence radii = evidence_for_radii(image, outcome);
+    explains = radii.pipes >= kFewestRadii && radii.sum >= kClearRadii * radii.pipes;
+  }
   tried_.push_back(
       {.start = start,
        .found = found,
        .offsets = outcome.belief.offsets.mean,
        .share = share,
        .merit = log_likelihood(outcome.evidence, share) + contrast - 0.5 * (chi_square + misplaced),
-       .explains = likely && explains_the_image(around, outcome, share, moved) &&
-                   rests_on_what_is_known() &&
-                   (!start.offsets || reference_is_found(model_, around.offsets, shaped_pipes(),
-                                                         outcome.pipes, kLeastOfReferenceAlone))});
+       .explains = explains});
 }
 
 void TrackStep::look_beside_the_best(const ImageView& image, const TrackBelief& around,
@@ -406,7 +414,8 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   if (farthest_by_offsets(around) <= kFarFromBelieved) {
     const bool found = start_at_offsets(image, around, outcome);
     if (found && are_probable(outcome.belief.offsets, around.offsets) &&
-        supported_share(outcome) >= kLeastSupported) {
+        supported_share(outcome) >= kLeastSupported &&
+        radii_are_borne_out(image, outcome, kFewestRadii, kLeastForRadii)) {
       return;
     }
     tried_.clear();

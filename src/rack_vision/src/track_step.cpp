@@ -111,7 +111,8 @@ TrackStep::TrackStep(const RackModel& model, const geometry::Camera& camera,
       map_(model, camera, map_parameters(parameters)),
       solver_(model_, solver_parameters(parameters)),
       start_solver_(model_, start_solver_parameters(parameters)),
-      alignment_(camera) {
+      alignment_(camera),
+      radius_rank_(camera) {
   for (std::size_t i = 0; i < model.pipes.size(); ++i) {
     const Pipe& pipe = model.pipes[i];
     if (pipe.shape_deviation.any()) {
@@ -154,6 +155,7 @@ void TrackStep::set_camera(const geometry::Camera& camera) {
   edge_search_.set_camera(camera);
   map_.set_camera(camera);
   alignment_.set_camera(camera);
+  radius_rank_.set_camera(camera);
 }
 
 void TrackStep::look_at(const ImageView& image) {

@@ -23,6 +23,7 @@
 #include "pipescout/rack_vision/track_quality.hpp"
 #include "pipescout/rack_vision/visible_edges.hpp"
 #include "pose_belief.hpp"
+#include "radius_rank.hpp"
 #include "shape_memory.hpp"
 
 namespace pipescout::rack_vision {
@@ -79,6 +80,16 @@ struct StepOutcome {
   int edge_samples = 0;
 };
 
+/// How much more an image looks like the pipes of the model than like pipes of other radii.
+struct RadiusEvidence {
+  double sum = 0;    ///< over the pipes: negative logarithm of RadiusRank, 1 each by chance
+  double pipes = 0;  ///< that it is known of
+};
+
+/// Of a pipe, on average: by chance it is 1. Measured over flights of two renderers, with noise,
+/// bodies and pipes that lie elsewhere: at least 1.3 where two pipes or more are judged.
+inline constexpr double kLeastForRadii = 1.25;
+
 /// Where a pipe was found.
 struct FoundPipe {
   std::size_t pipe = 0;
@@ -123,6 +134,9 @@ class TrackStep {
   /// `learn`.
   [[nodiscard]] bool find_anew(const ImageView& image, const OffsetBelief& offsets,
                                StepOutcome& outcome);
+  /// Of the last image, at the pose of this outcome. Call it after `learn`.
+  [[nodiscard]] RadiusEvidence evidence_for_radii(const ImageView& image,
+                                                  const StepOutcome& outcome);
   /// Of the pipes that are unplaced, the one whose place the last image, whose outcome this is,
   /// tells best. Nothing when it tells none. Call it after `learn`.
   [[nodiscard]] std::optional<FoundPipe> find_unplaced(const ImageView& image,
@@ -275,6 +289,10 @@ class TrackStep {
   double contrast_along(const ImageView& image, const geometry::SE3& T_rack_camera);
   /// Of the pipes in view those that are found; those that are unplaced are not.
   [[nodiscard]] double supported_share(const StepOutcome& outcome) const;
+  /// Whether the pipes in view look as wide as the model has them, if they are at least `fewest`:
+  /// the evidence for each is `least` on average.
+  bool radii_are_borne_out(const ImageView& image, const StepOutcome& outcome, int fewest,
+                           double least);
   /// How far contours may be from where they are expected for what is unknown of the offsets, px.
   [[nodiscard]] double farthest_by_offsets(const TrackBelief& around);
   /// Whether offsets that were found are where they were believed to be.
@@ -338,6 +356,7 @@ class TrackStep {
   std::vector<EdgeSample> features_;
   int skipped_ = 0;  ///< edges not searched, for not knowing y
   AlignmentSearch alignment_;
+  RadiusRank radius_rank_;
   std::vector<AlignmentContour> contours_;
   std::vector<AlignmentPeak> peaks_, narrowed_;
   std::vector<TriedStart> tried_;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -158,6 +159,73 @@ TEST_P(FilesOfOtherRacks, AreSaidToBeLostAndGiveNoPose) {
     EXPECT_FALSE(near.reason.empty()) << k;
     EXPECT_NE(localization.track(image.view(), 0.04 * k).status, TrackStatus::kTracking) << k;
   }
+}
+
+/// Places over the drawn rack.
+std::vector<std::array<double, 3>> views() {
+  std::vector<std::array<double, 3>> result;
+  for (const double x : {0.6, 0.7, 0.78, 0.85, 0.95}) {
+    for (const double height : {2.2, 2.6}) {
+      result.push_back({x, x < 0.8 ? 3.2 : 4.0, height});
+    }
+  }
+  return result;
+}
+
+TEST_P(FilesOfOtherRacks, GiveNoPoseThatLasts) {
+  constexpr int kImages = 40;
+  const geometry::Camera camera = test::drawn_camera();
+  int taken = 0;
+  for (const auto& [x, y, height] : views()) {
+    const auto at = [&](int k) { return test::drawn_pose(x + 0.006 * k, y, height, 0.1); };
+    const auto seen = [&](int k) {
+      return test::noisy(test::draw(test::drawn_rack(), camera, at(k)), 1.5,
+                         static_cast<unsigned>(1000 * x + k));
+    };
+    RackTracker of_another(other_rack(GetParam()), camera, {});
+    ASSERT_TRUE(of_another.set_pose(beside(at(0)), start_covariance()));
+    bool lost = false;
+    for (int k = 0; k < kImages && !lost; ++k) {
+      lost = of_another.track(seen(k).view(), 0.04 * k).status == TrackStatus::kLost;
+      taken += k == 0 && !lost ? 1 : 0;
+    }
+    EXPECT_TRUE(lost) << x << " " << height;
+    RackTracker of_this(test::drawn_rack(), camera, {});
+    ASSERT_TRUE(of_this.set_pose(beside(at(0)), start_covariance()));
+    EXPECT_EQ(of_this.track(seen(0).view(), 0).status, TrackStatus::kTracking)
+        << x << " " << height;
+  }
+  EXPECT_LE(taken, 1);
+}
+
+TEST(AnyRack, WhoseRadiiAllTurnOutWrongIsLostAgain) {
+  // Half-way along, pipes are half as wide. A track that was right does not go on over them.
+  const geometry::Camera camera = test::drawn_camera();
+  RackModel truth = test::drawn_rack();
+  for (Pipe& pipe : truth.pipes) {
+    pipe.radii = {{0, pipe.radii.front().radius},
+                  {4.2, pipe.radii.front().radius},
+                  {4.2, pipe.radii.front().radius - 0.07},
+                  {10, pipe.radii.front().radius - 0.07}};
+  }
+  truth.validate();
+  RackTracker tracker(test::drawn_rack(), camera, {});
+  const auto flight = [](int k) { return test::drawn_pose(0.78, 2.5 + 0.015 * k, 2.6, 0.1); };
+  ASSERT_TRUE(tracker.set_pose(beside(flight(0)), start_covariance()));
+  RackTrackerResult result;
+  int lost_at = -1;
+  for (int k = 0; k < 220 && lost_at < 0; ++k) {
+    result = tracker.track(
+        test::noisy(test::draw(truth, camera, flight(k)), 1.5, 1U + static_cast<unsigned>(k))
+            .view(),
+        0.04 * k);
+    if (k < 30) {
+      ASSERT_EQ(result.status, TrackStatus::kTracking) << k << ": " << result.reason;
+    }
+    lost_at = result.status == TrackStatus::kLost ? k : -1;
+  }
+  EXPECT_GT(lost_at, 0);
+  EXPECT_THAT(std::string(result.reason), HasSubstr("as wide as the rack file"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Racks, FilesOfOtherRacks, ::testing::Values(0, 1, 2));
