@@ -35,6 +35,9 @@ constexpr int kFreshPoints = 10;        // enough of them to ask
 constexpr double kLeastFreshShare = 0.2;
 // What alike errors of successive images add to the covariance, measured.
 constexpr double kCovarianceFactor = 2.5;
+// m, of x, where places of pipes were searched and nothing has been seen that cannot have moved:
+// all pipes in view may be taken for what lies as far beside them, and no image tells.
+constexpr double kTakenForOthers = 0.035;
 // What the first image leaves uncertain, others of its view do not tell better.
 constexpr double kViewsUntilUnlike = 2;
 constexpr double kAlikeAlong = 0.05 * 0.05;  // m^2: supports that come into view later tell better
@@ -273,11 +276,13 @@ class RackTracker::Implementation {
     }
     if (starting_) {
       radii_ = {};
+      reference_seen_ = false;
       places_searched_ = outcome_.places_searched;
       probation_ = places_searched_ ? kProbationOfPlaces : kProbation;
       covariance_at_start_ = pose_.covariance();
       covariance_at_start_(1, 1) += std::min(outcome_.belief.anchor_variance, kAlikeAlong);
     }
+    reference_seen_ = reference_seen_ || outcome_.reference_found;
     anchor_variance_ = outcome_.belief.anchor_variance;
     covariance_by_edges_ = covariance_by_edges();
     const double share = share_of_view();
@@ -441,6 +446,9 @@ class RackTracker::Implementation {
                         std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
     result.covariance += outcome_.covariance_by_offsets + covariance_by_edges_;
     result.covariance(1, 1) += anchor_variance_;
+    if (places_searched_ && !reference_seen_) {
+      result.covariance(0, 0) += kTakenForOthers * kTakenForOthers;
+    }
     if (parameters_.estimate_intrinsics) {
       result.covariance +=
           pose_by_intrinsics_ * intrinsics_.belief().covariance * pose_by_intrinsics_.transpose();
@@ -467,6 +475,7 @@ class RackTracker::Implementation {
   ViewChange view_;
   Matrix6d covariance_at_start_ = Matrix6d::Zero();  ///< after the first image
   bool places_searched_ = false;                     ///< by the start
+  bool reference_seen_ = false;                      ///< since then
   Matrix6d covariance_by_edges_ = Matrix6d::Zero();
   int coasted_ = 0;
   int since_opinion_ = 0;  ///< images

@@ -21,6 +21,8 @@ constexpr std::size_t kPointsForShift = 14;  // for a median that a few false ma
 constexpr double kSupportsSay = 0.02;        // m: y from supports is used when better than this
 constexpr double kLeastOfAcross = 0.5;       // of what is looked for of them, found
 constexpr double kAnchorFloor = 0.0015;      // m: what supports leave of the error along y
+constexpr double kLeastOfReference = 0.5;    // of its samples, found
+constexpr int kSamplesOfReference = 20;
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
 
@@ -81,10 +83,23 @@ void TrackStep::forget_matches() {
   }
 }
 
+bool TrackStep::is_reference(const VisibleEdge& edge) const {
+  if (edge.id.kind == EdgeKind::kPipe) {
+    const Pipe& pipe = model_.pipes[edge.id.body];
+    return !pipe.movable && !pipe.shape_deviation.any() &&
+           std::abs(pipe.direction.y()) > std::abs(pipe.direction.x());
+  }
+  const auto index = static_cast<std::size_t>(&edge - edges_.data());
+  const geometry::Vector6d moves =
+      by_motion(0.5 * (edge.start + edge.end), normals_[index], solution_.T_camera_rack.inverse());
+  return std::abs(moves(0)) > std::abs(moves(kY));
+}
+
 void TrackStep::collect_evidence(StepOutcome& outcome) const {
   TrackEvidence& evidence = outcome.evidence;
   evidence = {};
   outcome.pipes = {};
+  PipeSupport reference;
   for (std::size_t first = 0; first < samples_.size();) {
     const std::uint32_t index = samples_[first].edge;
     const VisibleEdge* edge = rendered(searched_[index]);
@@ -104,10 +119,16 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
       pipe.searched += searched;
       pipe.found += found;
     }
+    if (edge != nullptr && is_reference(*edge)) {
+      reference.searched += searched;
+      reference.found += found;
+    }
     evidence.edge_samples += searched;
     evidence.edge_samples_found += found;
     evidence.edges += searched >= kJudgedSamples ? 1 : 0;
   }
+  outcome.reference_found = reference.found >= kLeastOfReference * reference.searched &&
+                            reference.searched >= kSamplesOfReference;
   const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
   // points_ holds those of matches_ that were found, in their order.
   std::size_t next = 0;

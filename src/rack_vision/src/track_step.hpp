@@ -73,6 +73,8 @@ struct StepOutcome {
   /// prior with which their offsets were found.
   double misplaced_by = 0;
   bool places_searched = false;  ///< of pipes, at a start
+  /// Something that tells x and cannot have moved is seen where the pose has it.
+  bool reference_found = false;
   geometry::Matrix6d covariance_by_offsets = geometry::Matrix6d::Zero();
   geometry::Matrix6d edge_information = geometry::Matrix6d::Zero();  ///< as in PoseSolution
   double inlier_share = 0;
@@ -322,6 +324,8 @@ class TrackStep {
   /// Whether what is as the model has it determines the pose across the pipes, where others in view
   /// may not be: pose and shapes that are both unknown explain anything.
   [[nodiscard]] bool rests_on_what_is_known() const;
+  /// Whether an edge moves more with x than with y, and cannot have moved along x by itself.
+  [[nodiscard]] bool is_reference(const VisibleEdge& edge) const;
   void forget_matches();
   void collect_evidence(StepOutcome& outcome) const;
   /// How near the edges that were found are to where they are rendered: 1 when all lie on them, 0

@@ -31,16 +31,17 @@ struct Known {
   double offset = 0.02;  ///< m
 };
 
-/// The first image of a camera that is at `camera_pose()` and said to be `error` beside it.
+/// The first image of a camera that is at `at` and said to be `error` beside it.
 struct Start {
   Start(const RackModel& drawn, const RackModel& model, const Known& known,
-        const Eigen::Vector3d& error = Eigen::Vector3d::Zero())
+        const Eigen::Vector3d& error = Eigen::Vector3d::Zero(),
+        const geometry::SE3& at = camera_pose())
       : tracker(model, drawn_camera(), parameters(known)) {
     geometry::Vector6d deviations;
     deviations << Eigen::Vector3d::Constant(known.place), Eigen::Vector3d::Constant(known.turn);
-    EXPECT_TRUE(tracker.set_pose({camera_pose().rotation(), camera_pose().translation() + error},
+    EXPECT_TRUE(tracker.set_pose({at.rotation(), at.translation() + error},
                                  geometry::Matrix6d(deviations.cwiseAbs2().asDiagonal())));
-    const DrawnImage image = draw(drawn, drawn_camera(), camera_pose());
+    const DrawnImage image = draw(drawn, drawn_camera(), at);
     result = tracker.track(image.view(), 0);
   }
 
@@ -171,6 +172,26 @@ TEST(TrackStart, ManyImagesDoNotMakeCertainWhatRestsOnPipesThatWereSearched) {
   Start searched(drawn, rack_on_a_beam(), {.offset = 0.01});
   EXPECT_GT(deviation_after_flight(searched, drawn),
             1.5 * deviation_after_flight(where_they_are, drawn));
+}
+
+TEST(TrackStart, KnowsNoPlaceAcrossBeforeThePipeThatDefinesItIsSeen) {
+  constexpr double kAside = 2.0;             // m: from there the first pipe is out of view
+  constexpr double kWay = 0.02;              // m, an image
+  constexpr double kTakenForOthers = 0.035;  // m
+  const RackModel drawn = moved(drawn_rack(), {0.0, -0.055, 0.05, 0.02});
+  Start start(drawn, drawn_rack(), {.offset = 0.01}, Eigen::Vector3d::Zero(),
+              drawn_pose(kAside, 4.0, kHeight, 0.0));
+  ASSERT_EQ(start.result.status, TrackStatus::kTracking) << start.result.reason;
+  EXPECT_GT(std::sqrt(start.result.covariance(0, 0)), kTakenForOthers);
+  RackTrackerResult result;
+  for (int i = 1; kAside - kWay * i > 0.9; ++i) {
+    const geometry::SE3 T_rack_camera = drawn_pose(kAside - kWay * i, 4.0, kHeight, 0.0);
+    result = start.tracker.track(draw(drawn, drawn_camera(), T_rack_camera).view(), 0.04 * i);
+    ASSERT_EQ(result.status, TrackStatus::kTracking) << i << ": " << result.reason;
+    const double error = result.T_rack_camera.translation().x() - T_rack_camera.translation().x();
+    EXPECT_LT(std::abs(error), 3 * std::sqrt(result.covariance(0, 0))) << i;
+  }
+  EXPECT_LT(std::sqrt(result.covariance(0, 0)), kTakenForOthers);
 }
 
 }  // namespace
