@@ -442,12 +442,13 @@ class RackTracker::Implementation {
   void fill(RackTrackerResult& result) {
     result = blank();
     result.T_rack_camera = pose_.pose();
-    result.covariance = kCovarianceFactor * pose_.covariance() +
-                        std::exp(-view_.views() / kViewsUntilUnlike) * covariance_at_start_;
+    const double alike = std::exp(-view_.views() / kViewsUntilUnlike);
+    result.covariance = kCovarianceFactor * pose_.covariance() + alike * covariance_at_start_;
     result.covariance += outcome_.covariance_by_offsets + covariance_by_edges_;
     result.covariance(1, 1) += anchor_variance_;
-    if (places_searched_ && !reference_seen_) {
-      result.covariance(0, 0) += kTakenForOthers * kTakenForOthers;
+    if (!reference_seen_) {
+      result.covariance(0, 0) += (1 - alike) * covariance_at_start_(0, 0) +
+                                 (places_searched_ ? kTakenForOthers * kTakenForOthers : 0.0);
     }
     if (parameters_.estimate_intrinsics) {
       result.covariance +=
