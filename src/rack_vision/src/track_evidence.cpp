@@ -83,10 +83,11 @@ void TrackStep::forget_matches() {
   }
 }
 
-bool TrackStep::is_reference(const VisibleEdge& edge) const {
+bool TrackStep::is_reference(const VisibleEdge& edge, const OffsetBelief& offsets) const {
   if (edge.id.kind == EdgeKind::kPipe) {
     const Pipe& pipe = model_.pipes[edge.id.body];
-    return !pipe.movable && !pipe.shape_deviation.any() &&
+    const auto row = static_cast<Eigen::Index>(edge.id.body);
+    return offsets.covariance(row, row) == 0 && !pipe.shape_deviation.any() &&
            std::abs(pipe.direction.y()) > std::abs(pipe.direction.x());
   }
   const auto index = static_cast<std::size_t>(&edge - edges_.data());
@@ -119,7 +120,7 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
       pipe.searched += searched;
       pipe.found += found;
     }
-    if (edge != nullptr && is_reference(*edge)) {
+    if (edge != nullptr && is_reference(*edge, outcome.belief.offsets)) {
       reference.searched += searched;
       reference.found += found;
     }

@@ -325,7 +325,7 @@ class TrackStep {
   /// may not be: pose and shapes that are both unknown explain anything.
   [[nodiscard]] bool rests_on_what_is_known() const;
   /// Whether an edge moves more with x than with y, and cannot have moved along x by itself.
-  [[nodiscard]] bool is_reference(const VisibleEdge& edge) const;
+  [[nodiscard]] bool is_reference(const VisibleEdge& edge, const OffsetBelief& offsets) const;
   void forget_matches();
   void collect_evidence(StepOutcome& outcome) const;
   /// How near the edges that were found are to where they are rendered: 1 when all lie on them, 0
