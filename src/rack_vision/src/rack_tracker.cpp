@@ -28,6 +28,7 @@ constexpr int kImagesPerJudgement = 5;
 constexpr double kKeptOfRadii = 0.9;  // of the evidence for them, from one judgement to the next
 // Pipes, over the judgements that are kept: one pipe in view may be in a bad light all the time.
 constexpr double kEnoughRadii = 12;
+constexpr double kLeastForRadii = 1.25;  // of a pipe, on average: by chance it is 1
 constexpr double kStartQuality = 0.5;
 constexpr int kProbation = 5;           // images
 constexpr int kProbationOfPlaces = 25;  // where pipes may have been taken for others
@@ -301,7 +302,7 @@ class RackTracker::Implementation {
     }
     place_pipes(image);
     step_.learn_shapes(image, outcome_, share);
-    if (!radii_are_borne_out(image)) {
+    if (places_searched_ && !radii_are_borne_out(image)) {
       // What was learnt of such pipes is worth as little as of others that were taken for them.
       offsets_.reset();
       step_.forget_shapes();

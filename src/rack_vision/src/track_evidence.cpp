@@ -207,12 +207,6 @@ RadiusEvidence TrackStep::evidence_for_radii(const ImageView& image, const StepO
   return evidence;
 }
 
-bool TrackStep::radii_are_borne_out(const ImageView& image, const StepOutcome& outcome, int fewest,
-                                    double least) {
-  const RadiusEvidence evidence = evidence_for_radii(image, outcome);
-  return evidence.pipes < fewest || evidence.sum >= least * evidence.pipes;
-}
-
 std::optional<double> TrackStep::shift_of_map(const ImageView& image, const TrackBelief& belief) {
   TrackBelief supported = belief;
   supported.T_rack_camera = solution_.T_camera_rack.inverse();

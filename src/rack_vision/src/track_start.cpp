@@ -414,8 +414,7 @@ void TrackStep::find_from_far(const ImageView& image, const TrackBelief& before,
   if (farthest_by_offsets(around) <= kFarFromBelieved) {
     const bool found = start_at_offsets(image, around, outcome);
     if (found && are_probable(outcome.belief.offsets, around.offsets) &&
-        supported_share(outcome) >= kLeastSupported &&
-        radii_are_borne_out(image, outcome, kFewestRadii, kLeastForRadii)) {
+        supported_share(outcome) >= kLeastSupported) {
       return;
     }
     tried_.clear();

@@ -321,8 +321,9 @@ bool TrackStep::declare_with_offsets(const ImageView& image, const TrackBelief& 
   TrackBelief around = misplaced;
   around.offsets.unplaced = in_doubt(*best);
   declare_start(image, around, best->start, outcome);
-  if (!outcome.solved || supported_share(outcome) < kLeastSupported ||
-      !radii_are_borne_out(image, outcome, 1, kLeastForRadiiOfPlaces)) {
+  const bool found = outcome.solved && supported_share(outcome) >= kLeastSupported;
+  const RadiusEvidence radii = found ? evidence_for_radii(image, outcome) : RadiusEvidence{};
+  if (!found || radii.sum < kLeastForRadiiOfPlaces * radii.pipes) {
     outcome = refused;
     return false;
   }

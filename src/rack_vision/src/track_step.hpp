@@ -88,10 +88,6 @@ struct RadiusEvidence {
   double pipes = 0;  ///< that it is known of
 };
 
-/// Of a pipe, on average: by chance it is 1. Measured over flights of two renderers, with noise,
-/// bodies and pipes that lie elsewhere: at least 1.3 where two pipes or more are judged.
-inline constexpr double kLeastForRadii = 1.25;
-
 /// Where a pipe was found.
 struct FoundPipe {
   std::size_t pipe = 0;
@@ -291,10 +287,6 @@ class TrackStep {
   double contrast_along(const ImageView& image, const geometry::SE3& T_rack_camera);
   /// Of the pipes in view those that are found; those that are unplaced are not.
   [[nodiscard]] double supported_share(const StepOutcome& outcome) const;
-  /// Whether the pipes in view look as wide as the model has them, if they are at least `fewest`:
-  /// the evidence for each is `least` on average.
-  bool radii_are_borne_out(const ImageView& image, const StepOutcome& outcome, int fewest,
-                           double least);
   /// How far contours may be from where they are expected for what is unknown of the offsets, px.
   [[nodiscard]] double farthest_by_offsets(const TrackBelief& around);
   /// Whether offsets that were found are where they were believed to be.

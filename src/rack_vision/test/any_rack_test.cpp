@@ -198,36 +198,6 @@ TEST_P(FilesOfOtherRacks, GiveNoPoseThatLasts) {
   EXPECT_LE(taken, 1);
 }
 
-TEST(AnyRack, WhoseRadiiAllTurnOutWrongIsLostAgain) {
-  // Half-way along, pipes are half as wide. A track that was right does not go on over them.
-  const geometry::Camera camera = test::drawn_camera();
-  RackModel truth = test::drawn_rack();
-  for (Pipe& pipe : truth.pipes) {
-    pipe.radii = {{0, pipe.radii.front().radius},
-                  {4.2, pipe.radii.front().radius},
-                  {4.2, pipe.radii.front().radius - 0.07},
-                  {10, pipe.radii.front().radius - 0.07}};
-  }
-  truth.validate();
-  RackTracker tracker(test::drawn_rack(), camera, {});
-  const auto flight = [](int k) { return test::drawn_pose(0.78, 2.5 + 0.015 * k, 2.6, 0.1); };
-  ASSERT_TRUE(tracker.set_pose(beside(flight(0)), start_covariance()));
-  RackTrackerResult result;
-  int lost_at = -1;
-  for (int k = 0; k < 220 && lost_at < 0; ++k) {
-    result = tracker.track(
-        test::noisy(test::draw(truth, camera, flight(k)), 1.5, 1U + static_cast<unsigned>(k))
-            .view(),
-        0.04 * k);
-    if (k < 30) {
-      ASSERT_EQ(result.status, TrackStatus::kTracking) << k << ": " << result.reason;
-    }
-    lost_at = result.status == TrackStatus::kLost ? k : -1;
-  }
-  EXPECT_GT(lost_at, 0);
-  EXPECT_THAT(std::string(result.reason), HasSubstr("as wide as the rack file"));
-}
-
 INSTANTIATE_TEST_SUITE_P(Racks, FilesOfOtherRacks, ::testing::Values(0, 1, 2));
 
 }  // namespace
