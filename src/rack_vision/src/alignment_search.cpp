@@ -46,7 +46,10 @@ Matrix6d root(const Matrix6d& covariance) {
 
 }  // namespace
 
-float nearest_grey(const ImageView& image, const Eigen::Vector2d& at) noexcept {
+float nearest_grey(const ImageView& image, const geometry::Camera& camera,
+                   const Eigen::Vector2d& ideal) noexcept {
+  const Eigen::Vector2d at =
+      camera.has_distortion() ? camera.distort(ideal).value_or(ideal) : ideal;
   const int u = std::clamp(static_cast<int>(at.x() + 0.5), 0, image.width - 1);
   const int v = std::clamp(static_cast<int>(at.y() + 0.5), 0, image.height - 1);
   return static_cast<float>(image.row(v)[u]);
@@ -82,8 +85,7 @@ void AlignmentSearch::tabulate(const ImageView& image, const AlignmentContour& c
     for (std::size_t i = 0; i < profile_.size(); ++i) {
       const double offset = step * (static_cast<double>(i) - reach - 2);
       const Eigen::Vector2d ideal = middle + offset * contour.normal;
-      profile_[i] = nearest_grey(
-          image, camera_.has_distortion() ? camera_.distort(ideal).value_or(ideal) : ideal);
+      profile_[i] = nearest_grey(image, camera_, ideal);
     }
     for (std::size_t i = 0; i < width; ++i) {
       differences_[j * width + i] =

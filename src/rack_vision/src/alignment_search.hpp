@@ -17,8 +17,9 @@
 /// contour, and then looked up for some hundred thousand poses.
 namespace pipescout::rack_vision {
 
-/// Of the pixel nearest to this place of the image, or to the place of its border nearest to it.
-[[nodiscard]] float nearest_grey(const ImageView& image, const Eigen::Vector2d& at) noexcept;
+/// Grey level of the pixel in which an ideal pixel is seen, or of the nearest one at the border.
+[[nodiscard]] float nearest_grey(const ImageView& image, const geometry::Camera& camera,
+                                 const Eigen::Vector2d& ideal) noexcept;
 
 /// A contour as it is rendered, and how it moves.
 struct AlignmentContour {

@@ -28,8 +28,7 @@ void RadiusRank::add(const ImageView& image, const AlignmentContour& contour, Si
         contour.start + (j + 0.5) / samples * (contour.end - contour.start);
     for (std::size_t i = 0; i < profile.size(); ++i) {
       const Eigen::Vector2d ideal = middle + (static_cast<double>(i) - kReach - 2) * contour.normal;
-      profile[i] = nearest_grey(
-          image, camera_.has_distortion() ? camera_.distort(ideal).value_or(ideal) : ideal);
+      profile[i] = nearest_grey(image, camera_, ideal);
     }
     for (std::size_t i = 0; i < kWidth; ++i) {
       sums[i] += 0.5F * (profile[i + 4] + profile[i + 3] - profile[i + 1] - profile[i]);
@@ -43,8 +42,8 @@ void RadiusRank::add(const ImageView& image, const AlignmentContour& contour, Si
   side.length += length;
 }
 
-std::optional<double> RadiusRank::share_of_better(const ImageView& image,
-                                                  std::span<const AlignmentContour> contours) {
+std::optional<double> RadiusRank::share_of_better(
+    const ImageView& image, std::span<const AlignmentContour> contours) const {
   std::array<Side, 2> sides;
   for (const AlignmentContour& contour : contours) {
     const bool other = contour.normal.dot(contours.front().normal) < 0;

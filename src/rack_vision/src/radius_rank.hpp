@@ -27,8 +27,8 @@ class RadiusRank {
   /// has another one. The strength is that of the mean step in grey level across a contour: texture
   /// has candidates for edges, but no step in the mean. Nothing where too little is seen of either
   /// side, or where the pipe is too thin for other radii.
-  [[nodiscard]] std::optional<double> share_of_better(const ImageView& image,
-                                                      std::span<const AlignmentContour> contours);
+  [[nodiscard]] std::optional<double> share_of_better(
+      const ImageView& image, std::span<const AlignmentContour> contours) const;
 
  private:
   static constexpr int kMostWider = 40;   ///< px, to either side

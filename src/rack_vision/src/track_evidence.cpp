@@ -17,11 +17,11 @@ namespace {
 constexpr double kInlierGate = 1.25;  // px: an edge or point this near is where the pose has it
 constexpr double kSharp = 0.35;       // px, one deviation
 constexpr std::size_t kFewestPoints = 5;
-constexpr std::size_t kPointsForShift = 14;  // for a median that a few false matches do not move
-constexpr double kSupportsSay = 0.02;        // m: y from supports is used when better than this
-constexpr double kLeastOfAcross = 0.5;       // of what is looked for of them, found
-constexpr double kAnchorFloor = 0.0015;      // m: what supports leave of the error along y
-constexpr double kLeastOfReference = 0.5;    // of its samples, found
+constexpr std::size_t kPointsForShift = 14;    // for a median that a few false matches do not move
+constexpr double kSupportsSay = 0.02;          // m: y from supports is used when better than this
+constexpr double kLeastOfAcross = 0.5;         // of what is looked for of them, found
+constexpr double kAnchorFloor = 0.0015;        // m: what supports leave of the error along y
+constexpr double kLeastOfReferenceSeen = 0.5;  // of its samples, found
 constexpr int kSamplesOfReference = 20;
 constexpr int kY = 1;
 constexpr int kJudgedSamples = 5;
@@ -128,7 +128,7 @@ void TrackStep::collect_evidence(StepOutcome& outcome) const {
     evidence.edge_samples_found += found;
     evidence.edges += searched >= kJudgedSamples ? 1 : 0;
   }
-  outcome.reference_found = reference.found >= kLeastOfReference * reference.searched &&
+  outcome.reference_found = reference.found >= kLeastOfReferenceSeen * reference.searched &&
                             reference.searched >= kSamplesOfReference;
   const CameraView seen(camera_, outcome.belief.T_rack_camera.inverse());
   // points_ holds those of matches_ that were found, in their order.

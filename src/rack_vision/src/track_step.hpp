@@ -132,7 +132,8 @@ class TrackStep {
   /// `learn`.
   [[nodiscard]] bool find_anew(const ImageView& image, const OffsetBelief& offsets,
                                StepOutcome& outcome);
-  /// Of the last image, at the pose of this outcome. Call it after `learn`.
+  /// Of the last image, at the pose of this outcome, which is rendered for it. In flight, call it
+  /// after `learn`.
   [[nodiscard]] RadiusEvidence evidence_for_radii(const ImageView& image,
                                                   const StepOutcome& outcome);
   /// Of the pipes that are unplaced, the one whose place the last image, whose outcome this is,
