@@ -15,16 +15,18 @@
 namespace pipescout::dds {
 namespace {
 
-// "enclave=/some/name;" as ROS 2 sends it, alone or among other "key=value;" pairs.
-std::string enclave_in(const std::vector<rtps::octet>& user_data) {
-  constexpr std::string_view kKey = "enclave=";
+// As ROS 2 sends it: "enclave=/some/name;", alone or among other "key=value;" pairs.
+constexpr std::string_view kEnclaveKey = "enclave=";
+
+// The value of a key, which ends with '='; empty when it is not there.
+std::string value_in(const std::vector<rtps::octet>& user_data, std::string_view key) {
   const std::string_view text(reinterpret_cast<const char*>(user_data.data()), user_data.size());
   std::size_t begin = 0;
   while (begin < text.size()) {
     const std::size_t end = std::min(text.find(';', begin), text.size());
     const std::string_view pair = text.substr(begin, end - begin);
-    if (pair.starts_with(kKey)) {
-      return std::string(pair.substr(kKey.size()));
+    if (pair.starts_with(key)) {
+      return std::string(pair.substr(key.size()));
     }
     begin = end + 1;
   }
@@ -126,6 +128,12 @@ void Discovery::on_participant_discovery(fastdds::DomainParticipant* participant
     if (same_participant(gid, to_gid(participant->guid()))) {
       return;
     }
+    const bool is_gone = info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT ||
+                         info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
+    if (announcements_) {
+      announcements_->hear(
+          gid, is_gone ? std::string() : value_in(info.info.m_userData, kAnnouncementKey));
+    }
     const std::lock_guard lock(mutex_);
     const GuidPrefix prefix = prefix_of(gid);
     switch (info.status) {
@@ -133,7 +141,7 @@ void Discovery::on_participant_discovery(fastdds::DomainParticipant* participant
       case rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT:
         participants_[gid] = {.gid = gid,
                               .name = info.info.m_participantName.to_string(),
-                              .enclave = enclave_in(info.info.m_userData)};
+                              .enclave = value_in(info.info.m_userData, kEnclaveKey)};
         if (!payload_scope_.empty() && announced_scope(info.info.m_properties) == payload_scope_) {
           payload_takers_.insert(prefix);
         }

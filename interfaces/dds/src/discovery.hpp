@@ -4,18 +4,24 @@
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "event_thread.hpp"
+#include "pipescout/dds/announcements.hpp"
 #include "pipescout/runtime/transport.hpp"
 #include "rtps_conversions.hpp"
 #include "shared_payloads.hpp"
 
 namespace pipescout::dds {
+
+/// Before the text of `Announcements`, in the user data of a participant.
+inline constexpr std::string_view kAnnouncementKey = "pipescout=";
 
 /// One of our own endpoints, for finding remote ones that its QoS keeps apart from it.
 struct LocalEndpoint {
@@ -31,7 +37,9 @@ struct LocalEndpoint {
 /// say which endpoint is meant and count those of this process too; so the pairs are judged here.
 class Discovery : public fastdds::DomainParticipantListener {
  public:
-  explicit Discovery(EventThread& events) : events_(events) {}
+  /// `announcements`: gets what the participants say in theirs; may be null.
+  explicit Discovery(EventThread& events, std::shared_ptr<Announcements> announcements = nullptr)
+      : events_(events), announcements_(std::move(announcements)) {}
 
   /// From now on finds out which participants announce the same scope. Set once, before there is a
   /// participant.
@@ -65,6 +73,7 @@ class Discovery : public fastdds::DomainParticipantListener {
   void graph_changed();
 
   EventThread& events_;
+  const std::shared_ptr<Announcements> announcements_;
   std::string payload_scope_;  // empty: none
   PayloadReader payloads_;
   mutable std::mutex mutex_;

@@ -68,6 +68,17 @@ void choose_transports(const DdsOptions& options, const std::shared_ptr<Warnings
   udp->shared_memory.segment_size(*segment);
 }
 
+/// As ROS 2 sends it, with a key of ours behind that of ROS 2.
+fastdds::UserDataQosPolicy user_data(const std::string& enclave, const std::string& announced) {
+  std::string text = "enclave=" + enclave + ";";
+  if (!announced.empty()) {
+    text += std::string(kAnnouncementKey) + announced + ";";
+  }
+  fastdds::UserDataQosPolicy policy;
+  policy.setValue({text.begin(), text.end()});
+  return policy;
+}
+
 /// `announced_scope` gets the payload scope, if large messages may go through shared memory.
 fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
                                               const std::shared_ptr<Warnings>& warnings,
@@ -77,8 +88,9 @@ fastdds::DomainParticipantQos participant_qos(const DdsOptions& options,
   factory->load_profiles();
   fastdds::DomainParticipantQos qos = factory->get_default_participant_qos();
   qos.name(options.name);
-  const std::string user_data = "enclave=" + effective_enclave(options) + ";";
-  qos.user_data().setValue({user_data.begin(), user_data.end()});
+  qos.user_data() =
+      user_data(effective_enclave(options),
+                options.announcements ? options.announcements->text() : std::string());
   security = apply_security(options, *warnings, qos);
   // Discovery messages with long names outgrow the default of 5000 bytes.
   auto& builtin = qos.wire_protocol().builtin;
@@ -126,7 +138,9 @@ void load_profiles(const std::string& wire_name, const char* of_request, const c
 Participant::Participant(const DdsOptions& options)
     : network_(options.network),
       is_found_by_server_(!options.discovery_servers.empty()),
-      exported_topics_(options.exported_topics) {
+      exported_topics_(options.exported_topics),
+      announcements_(options.announcements),
+      discovery_(events_, options.announcements) {
   const std::string domain = "DDS domain " + std::to_string(options.domain_id);
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
@@ -142,6 +156,15 @@ Participant::Participant(const DdsOptions& options)
     throw TransportError(domain + ": cannot create a participant");
   }
   gid_ = to_gid(participant_->guid());
+  if (announcements_) {
+    announcements_->connect([this, enclave = effective_enclave(options)](const std::string& text) {
+      fastdds::DomainParticipantQos changed = participant_->get_qos();
+      changed.user_data() = user_data(enclave, text);
+      if (participant_->set_qos(changed) != ReturnCode_t::RETCODE_OK) {
+        EPROSIMA_LOG_ERROR(PIPESCOUT, "the announcement could not be changed");
+      }
+    });
+  }
   if (!scope.empty()) {
     payload_folder_ = std::make_shared<PayloadFolder>(prefix_of(gid_), warnings_);
   }
@@ -218,6 +241,9 @@ fastdds::DataReaderQos Participant::reader_profile(const std::string& wire_name)
 }
 
 void Participant::leave() noexcept {
+  if (announcements_) {
+    announcements_->connect({});
+  }
   participant_->set_listener(nullptr);
   bool clean = true;
   if (publisher_ != nullptr) {

@@ -75,9 +75,10 @@ class Participant {
   const NetworkProfile network_;
   const bool is_found_by_server_;
   const std::optional<std::set<std::string>> exported_topics_;
+  const std::shared_ptr<Announcements> announcements_;  // null: none
   const std::shared_ptr<Warnings> warnings_ = std::make_shared<Warnings>();
   EventThread events_;
-  Discovery discovery_{events_};
+  Discovery discovery_;
   fastdds::DomainParticipant* participant_ = nullptr;
   fastdds::Publisher* publisher_ = nullptr;
   fastdds::Publisher* machine_publisher_ = nullptr;  // of what does not leave it

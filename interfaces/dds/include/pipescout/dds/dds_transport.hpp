@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/dds/announcements.hpp"
 #include "pipescout/dds/network_options.hpp"
 #include "pipescout/runtime/transport.hpp"
 
@@ -58,6 +59,10 @@ struct DdsOptions {
   /// This process hears what does not leave the machine, too, where its permissions let it; one
   /// with `exported_topics` does.
   bool hears_unexported = false;
+
+  /// What this process says with its announcements, and hears of others; null: nothing. Of one
+  /// transport only.
+  std::shared_ptr<Announcements> announcements;
 
   SecurityOptions security;
 
