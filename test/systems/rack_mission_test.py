@@ -73,7 +73,7 @@ def check(folder):
 def check_pictures(folder):
     drawn = pipescout("plot", "rack", folder, timeout=TIMEOUT).split()
     names = {pathlib.Path(line).name for line in drawn if line.startswith(str(folder))}
-    assert names == {"flight.svg", "errors.svg", "offsets.svg", "overlay.svg", "map.svg",
+    assert names == {"flight.svg", "pose_errors.svg", "offsets.svg", "overlay.svg", "map.svg",
                      "animation.gif"}, drawn
     assert (folder / "pictures/animation.gif").stat().st_size <= 3_000_000
 

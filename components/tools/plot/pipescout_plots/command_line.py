@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: a subject, then its own arguments. Loads what draws only when it is to draw, so that
+"""The command line. Loads what draws only when it is to draw, so that
 a wrong command line is told, and help given, without it."""
 
 from __future__ import annotations
@@ -9,63 +9,56 @@ import importlib
 import importlib.util
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 
-@dataclass(frozen=True)
-class Subject:
-    module: str
-    """Has run(options), which gives the exit code."""
-    help: str
-    table: str
-    """Whose JSON file it draws too: of `pipescout reproduce TABLE`."""
-    aligns: bool = False
-    """Draws a ledger's alignment."""
-
-
 SUBJECTS = {
-    "odometry": Subject("odometry", "odometers, welds and positions in the pipe", "in-pipe", aligns=True),
-    "rack": Subject("rack.subject", "flights over a pipe rack", "rack"),
-    "estimator": Subject("estimator.subject", "a state estimator and its sources", "estimator"),
-    "navigation": Subject("navigation.subject", "a robot that is navigated through a plant", "navigation"),
-    "tracking": Subject("tracking.subject", "the track of a pipe, and the arm", "tracking"),
+    "odometry": "odometers, welds and positions in the pipe, lists of welds and ledgers",
+    "navigation": "a robot that is navigated through a plant",
+    "rack": "flights over a pipe rack, and camera poses over one",
+    "leaks": "leaks that were found",
+    "tracking": "the track of a pipe, and the arm",
+    "estimator": "a state estimator and its sources, and trajectories of recordings",
 }
 DEBIAN_PACKAGES = {"matplotlib": "python3-matplotlib", "numpy": "python3-numpy", "PIL": "python3-pil",
                    "yaml": "python3-yaml"}
 """By what is imported of them."""
-OPTIONS_WITH_A_VALUE = ("--out", "--format", "--alignment")
+OPTIONS_WITH_A_VALUE = ("--out", "--format")
 
 
 def main(arguments: Sequence[str]) -> int:
     options = _parse(arguments)
     try:
-        subject = importlib.import_module(f".{SUBJECTS[options.subject].module}", __package__)
+        result = importlib.import_module(".result", __package__)
     except ModuleNotFoundError as problem:
         _explain_missing(problem)
-    return subject.run(options)
+    return result.draw(options)
 
 
 def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+    subjects = "\n".join(f"  {name:11} {what}" for name, what in SUBJECTS.items())
     parser = argparse.ArgumentParser(
-        prog="pipescout plot", allow_abbrev=False,
-        description="Plot a recorded mission; prints the path of each plot.")
-    subjects = parser.add_subparsers(dest="subject", required=True, metavar="SUBJECT")
-    for name, subject in SUBJECTS.items():
-        command = subjects.add_parser(name, allow_abbrev=False, help=subject.help,
-                                      description=f"Plots of {subject.help}.")
-        command.add_argument("result", type=Path, metavar="RESULT",
-                             help="a mission folder, or the JSON file of "
-                             f"`pipescout reproduce {subject.table}`")
-        command.add_argument("--out", type=Path, metavar="DIR",
-                             help="folder of the plots; default: RESULT/pictures")
-        command.add_argument("--format", choices=("svg", "png"), default="svg",
-                             help="format of the plots except animations, which are GIF; default: %(default)s")
-        if subject.aligns:
-            command.add_argument("--alignment", type=Path, metavar="FILE",
-                                 help="output of `pipescout ledger align --report`; default: "
-                                 "RESULT/alignment.csv")
-    return parser.parse_args(_with_values_joined(arguments))
+        prog="pipescout plot", allow_abbrev=False, usage="%(prog)s [-h] [SUBJECT] RESULT [--out DIR] [--format svg|png]",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Plot what RESULT holds; prints path of each plot and what it shows, the one to open first first.",
+        epilog=f"SUBJECT draws no other than:\n{subjects}")
+    parser.add_argument("words", nargs="*", metavar="[SUBJECT] RESULT",
+                        help="a mission folder; what estimate, rack track, track, inspect, ledger and summary wrote, folder or "
+                        "list; or the JSON file of `pipescout reproduce`")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the plots; default: RESULT/pictures")
+    parser.add_argument("--format", choices=("svg", "png"), default="svg",
+                        help="format of the plots except animations, which are GIF; default: %(default)s")
+    options = parser.parse_intermixed_args(_with_values_joined(arguments))
+    words = options.words
+    if not words or (len(words) == 1 and words[0] in SUBJECTS and not Path(words[0]).exists()):
+        parser.error("RESULT is missing")
+    if len(words) > 2:
+        parser.error(f"one RESULT at a time, not also '{words[2]}'")
+    if len(words) == 2 and words[0] not in SUBJECTS:
+        parser.error(f"unknown SUBJECT '{words[0]}'; there are {', '.join(SUBJECTS)}")
+    options.subject = words[0] if len(words) == 2 else None
+    options.result = Path(words[-1])
+    return options
 
 
 def _with_values_joined(arguments: Sequence[str]) -> list[str]:

@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 from . import style
 from .csv_table import BadData
-from .recording import Missing, Picture, Recording
+from .recording import Animation, Missing, Picture, Recording
 
 
 class Drawing:
@@ -19,27 +18,33 @@ class Drawing:
         self._drawn = 0
         self._failed = 0
 
-    def draw(self, picture: Picture, recording: Recording, prefix: str = "") -> None:
-        self.write(prefix + picture.name, self._suffix,
-                   lambda path: style.write(picture.draw(recording), path))
-
-    def write(self, name: str, suffix: str, write: Callable[[Path], None]) -> None:
-        """`write` puts the picture at the path; it raises what a picture's `draw` raises, and OSError."""
+    def draw(self, picture: Picture | Animation, recording: Recording, prefix: str = "",
+             expected: bool = True) -> None:
+        """Prints path and what it shows, with a tab between them; of what is expected also why it is missing."""
+        name = prefix + picture.name
         try:
-            path = self._folder / f"{name}.{suffix}"
-            write(path)
+            if isinstance(picture, Animation):
+                path = self._folder / f"{name}.gif"
+                picture.write(recording, path)
+            else:
+                path = self._folder / f"{name}.{self._suffix}"
+                style.write(picture.draw(recording), path)
             self._drawn += 1
-            print(path, flush=True)
+            print(path, picture.shows, sep="\t", flush=True)
         except Missing as reason:
-            print(f"not drawn: {name}: {reason}", file=sys.stderr)
+            if expected:
+                print(f"not drawn: {name}: {reason}", file=sys.stderr)
         except (BadData, OSError) as problem:
-            self._failed += 1
-            print(f"error: {name}: {problem}", file=sys.stderr)
+            self.fail(f"{name}: {problem}")
+
+    def fail(self, problem: str) -> None:
+        self._failed += 1
+        print(f"error: {problem}", file=sys.stderr)
 
     def finish(self, notes: list[str]) -> int:
         """Prints the notes. The exit code: 0 when something was drawn and nothing went wrong."""
         for note in notes:
             print(f"note: {note}", file=sys.stderr)
-        if self._drawn == 0:
+        if self._drawn == 0 and self._failed == 0:
             print("error: nothing could be drawn", file=sys.stderr)
         return 0 if self._drawn and not self._failed else 1

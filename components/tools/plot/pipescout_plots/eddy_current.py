@@ -42,7 +42,7 @@ def _welds(recording: Recording) -> Table | None:
     try:
         welds = recording.table("welds.csv", "no weld was detected", columns, ["weld_id"])
     except Missing as reason:
-        recording.notes.append(f"eddy_current has no welds: {reason}")
+        recording.note(f"eddy_current has no welds: {reason}")
         return None
     for column in columns:
         welds.require_finite(column)

@@ -31,7 +31,7 @@ def draw_ellipses(axes: Axes, places: numpy.ndarray, deviations: numpy.ndarray, 
         axes.add_patch(Ellipse(places[row], lengths[1], lengths[0],
                                angle=float(numpy.degrees(numpy.arctan2(y, x))), facecolor=style.SKY,
                                alpha=0.45, zorder=4.5, linewidth=0,
-                               label=None if k else "2σ" if times == 1 else f"2σ, {times:.0f} times"))
+                               label=None if k else "2σ" if times == 1 else f"2σ, {times:.0f} times as large"))
 
 
 def magnification(deviations: numpy.ndarray, size: float) -> float:

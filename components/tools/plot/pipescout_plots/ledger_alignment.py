@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from . import style
-from .csv_table import Table, read_table
+from .csv_table import Table
 from .decimation import decimate, envelope
 from .recording import Missing, Recording
 
@@ -19,17 +19,12 @@ SPREAD = 11
 
 
 def draw(recording: Recording) -> Figure:
-    path = recording.alignment
-    if path is None or not path.is_file():
-        raise Missing(f"no file {path}: `pipescout ledger align --report` writes one, and --alignment "
-                      "names it")
-    table = recording.noted(read_table(
-        path, ["run_chainage", "ledger_chainage", "difference", "standard_deviation", "probability"]))
+    table = recording.list(["run_chainage", "ledger_chainage", "difference", "standard_deviation", "probability"])
     matched = (numpy.isfinite(table.numbers["run_chainage"]) &
                numpy.isfinite(table.numbers["difference"]) &
                numpy.isfinite(table.numbers["ledger_chainage"]))
     if not matched.any():
-        raise Missing(f"{path} has no matched weld")
+        raise Missing(f"{table.path} has no matched weld")
     return _picture(table, matched)
 
 

@@ -1,48 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The subject `odometry`: pictures of odometers, welds and places in the pipe."""
+"""The subject `odometry`: odometers, welds and places in the pipe; lists of welds and ledgers."""
 
 from __future__ import annotations
 
-import argparse
-import sys
-from pathlib import Path
+from . import eddy_current, joints, ledger_alignment, position_error, readings, support_graph
+from .contents import ANY_NAME, Kind
+from .recording import Picture
 
-from . import eddy_current, ledger_alignment, position_error, readings, reproduction, support_graph
-from .drawing import Drawing
-from .recording import Picture, Recording, mission_recordings
-from .result import draw_result
+_NONE: frozenset[str] = frozenset()
 
-DATA_FILES = ("fused.csv", "positions.csv", "welds.csv", "eddy_current.csv", "readings.csv")
-
-OF_A_CRAWLER = (
-    Picture("support_graph", support_graph.draw),
-    Picture("position_error", position_error.draw),
-    Picture("eddy_current", eddy_current.draw),
+KINDS = (
+    Kind("odometry", "readings of odometers", {"readings.csv": _NONE, "fused.csv": frozenset({"fusion_set"})}, (
+        Picture("readings", "each odometer's readings with their offsets, the distance that they were fused to, "
+                "and which of them were", readings.draw),
+    )),
+    Kind("odometry", "a run in a pipe", {"fused.csv": frozenset({"support"}), "positions.csv": _NONE,
+                                         "welds.csv": _NONE, "eddy_current.csv": _NONE}, (
+        Picture("support_graph", "which odometer was believed when, and the fused distance", support_graph.draw),
+        Picture("position_error", "how far the position in the pipe was off, and how far it says it may be",
+                position_error.draw),
+        Picture("eddy_current", "the signal along the pipe and the welds found in it, two of them enlarged",
+                eddy_current.draw),
+    )),
+    Kind("odometry", "an alignment with a weld ledger",
+         {ANY_NAME: frozenset({"run_chainage", "ledger_chainage", "difference"})}, (
+        Picture("ledger_alignment", "how the run's odometer departs from the ledger, weld by weld",
+                ledger_alignment.draw),
+    )),
+    Kind("odometry", "a weld ledger", {ANY_NAME: frozenset({"id", "chainage_m", "joint_length_m"})}, (
+        Picture("ledger", "the joints of the pipe by their lengths, and how certain their welds are",
+                joints.draw_ledger),
+    )),
+    Kind("odometry", "a list of welds", {ANY_NAME: frozenset({"Log distance [m]", "Feature type", "confidence"})}, (
+        Picture("welds", "the joints between the welds found by their lengths, and how certain each weld is",
+                joints.draw_welds),
+    )),
 )
-OF_SINGLE_READINGS = (Picture("readings", readings.draw),)
-ALIGNMENT = Picture("ledger_alignment", ledger_alignment.draw)
-REPRODUCTION = (
-    Picture("detector_curve", reproduction.draw_curve),
-    Picture("rules_in_bends", reproduction.draw_rules),
-    Picture("figures", reproduction.draw_figures),
-)
-
-
-def run(options: argparse.Namespace) -> int:
-    return draw_result(options, REPRODUCTION,
-                       lambda mission, drawing: _draw_mission(mission, drawing, options.alignment))
-
-
-def _draw_mission(mission: Path, drawing: Drawing, named_alignment: Path | None) -> list[str]:
-    recordings = mission_recordings(mission, DATA_FILES)
-    if not recordings:
-        print(f"no recorded data below {mission}", file=sys.stderr)
-    for prefix, recording in recordings:
-        single = (recording.folder / "readings.csv").is_file()
-        for picture in OF_SINGLE_READINGS if single else OF_A_CRAWLER:
-            drawing.draw(picture, recording, prefix)
-    notes = recordings[0][1].notes if recordings else []
-    alignment = named_alignment or mission / "alignment.csv"
-    if named_alignment or alignment.is_file():
-        drawing.draw(ALIGNMENT, Recording(mission, mission, alignment, notes))
-    return notes

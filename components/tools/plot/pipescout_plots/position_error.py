@@ -126,7 +126,7 @@ def _draw_welds(axes: Axes, recording: Recording, truth: Table) -> None:
     try:
         welds = recording.table("welds.csv", "the tables of a crawler have it", ["stamp"])
     except Missing as reason:
-        recording.notes.append(f"position_error has no welds: {reason}")
+        recording.note(f"position_error has no welds: {reason}")
         return
     places = _interpolated(welds.numbers["stamp"], truth, "odometer_distance")
     axes.plot(places, numpy.full(len(places), 0.02), "|", color=style.BLACK, markersize=5,

@@ -44,7 +44,7 @@ def _offsets(recording: Recording, odometers: list[str]) -> list[float]:
             raise ValueError(f"{len(offsets)} offsets for {len(odometers)} odometers")
         return offsets
     except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as problem:
-        recording.notes.append(f"{path}: the offsets of the odometers are not known ({problem}); the "
+        recording.note(f"{path}: the offsets of the odometers are not known ({problem}); the "
                                "readings are drawn without")
         return [0.0] * len(odometers)
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The recordings of a mission folder, and what a picture of one takes and gives."""
+"""A recording, and what a picture of one takes and gives."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from collections.abc import Callable, Sequence
 
 from matplotlib.figure import Figure
 
@@ -18,11 +18,12 @@ class Missing(Exception):
 
 @dataclass
 class Recording:
-    """One folder of data of a mission."""
+    """One folder of data of a mission, or one list."""
 
     mission: Path
     folder: Path
-    alignment: Path | None = None
+    file: Path | None = None
+    """The list, of any name, or the JSON file."""
     notes: list[str] = field(default_factory=list)
 
     def path(self, name: str, why: str) -> Path:
@@ -36,13 +37,23 @@ class Recording:
 
     def table(self, name: str, why: str, numbers: Sequence[str], texts: Sequence[str] = ()) -> Table:
         """Raises Missing when the file is not there or has no rows, with `why` it could be so."""
-        table = self.noted(read_table(self.path(name, why), numbers, texts))
-        if len(table) == 0:
-            raise Missing(f"{table.path} has no rows")
-        return table
+        return self._with_rows(read_table(self.path(name, why), numbers, texts))
+
+    def list(self, numbers: Sequence[str], texts: Sequence[str] = ()) -> Table:
+        """Of the list that the recording is. Raises Missing when it has no rows."""
+        return self._with_rows(read_table(self.file, numbers, texts))
 
     def noted(self, table: Table) -> Table:
-        self.notes += [note for note in table.notes if note not in self.notes]
+        self.note(*table.notes)
+        return table
+
+    def note(self, *notes: str) -> None:
+        """To be said once, however many pictures come across it."""
+        self.notes += [note for note in notes if note not in self.notes]
+
+    def _with_rows(self, table: Table) -> Table:
+        if len(self.noted(table)) == 0:
+            raise Missing(f"{table.path} has no rows")
         return table
 
 
@@ -51,16 +62,18 @@ class Picture:
     """`draw` raises Missing and csv_table.BadData."""
 
     name: str
+    shows: str
+    """To someone who has not seen one before: printed beside its path."""
     draw: Callable[[Recording], Figure]
 
 
-def mission_recordings(mission: Path, data_files: Sequence[str]) -> list[tuple[str, Recording]]:
-    """The folders below a mission folder that hold one of these files, each with what stands before the
-    names of its pictures when there are several. They share their notes."""
-    folders = sorted({path.parent for name in data_files for path in mission.rglob(name)})
-    notes: list[str] = []
-    return [(".".join(folder.relative_to(mission).parts) + "." if len(folders) > 1 else "",
-             Recording(mission, folder, notes=notes)) for folder in folders]
+@dataclass(frozen=True)
+class Animation:
+    """Always GIF. `write` raises Missing, csv_table.BadData and OSError."""
+
+    name: str
+    shows: str
+    write: Callable[[Recording, Path], None]
 
 
 def image_file(recording: Recording, name: str) -> Path:

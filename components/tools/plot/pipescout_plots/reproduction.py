@@ -31,10 +31,10 @@ MEASURES = (
 
 def draw_curve(recording: Recording) -> Figure:
     """Welds found, false alarms and error of the weld detector over the signal-to-noise ratio."""
-    curves = detector_curves(read_rows(recording.mission))
+    curves = detector_curves(read_rows(recording.file))
     shown = [measure for measure in MEASURES if measure[0] in curves]
     if not shown:
-        raise Missing(f"{recording.mission} has no rows of the weld detector at several dB")
+        raise Missing(f"{recording.file} has no rows of the weld detector at several dB")
     figure = style.figure(1.05 * len(shown) + 0.55)
     panels = numpy.atleast_1d(figure.subplots(len(shown), 1, sharex=True))
     for axes, (measure, label, factor), letter in zip(panels, shown, "abc"):
@@ -62,9 +62,9 @@ def detector_curves(rows: list[dict]) -> dict[str, list[tuple[float, float, list
 
 def draw_rules(recording: Recording) -> Figure:
     """Error of the fused distance in a bend, by the rule that fuses the wheels: the paper's Figure 3 for bends."""
-    rules = bend_errors(read_rows(recording.mission))
+    rules = bend_errors(read_rows(recording.file))
     if not rules:
-        raise Missing(f"{recording.mission} has no rows of the rules in bends")
+        raise Missing(f"{recording.file} has no rows of the rules in bends")
     figure = style.figure(0.24 * len(rules) + 0.75)
     axes = figure.subplots()
     for (name, colour, marker) in ((name, style.SEQUENCE[k], style.MARKERS[k]) for k, name in enumerate(ERRORS)):
@@ -97,9 +97,9 @@ def bend_errors(rows: list[dict]) -> dict[str, dict[str, float]]:
 
 def draw_figures(recording: Recording) -> Figure:
     """The figures as a table: over all seeds, the mean of the seeds, their worst."""
-    rows = [row for row in read_rows(recording.mission) if row.get("figure")]
+    rows = [row for row in read_rows(recording.file) if row.get("figure")]
     if not rows:
-        raise Missing(f"{recording.mission} has no rows with figures")
+        raise Missing(f"{recording.file} has no rows with figures")
     figure = style.figure(0.135 * (len(rows) + 1) + 0.1)
     axes = figure.subplots()
     axes.set_axis_off()

@@ -19,6 +19,10 @@ from matplotlib.figure import Figure
 COLUMN = 3.5
 """Width of a column of a paper with two, in inches."""
 
+_LAYOUTS = 2
+LABELS = 0.5
+"""Inches below a panel, for the labels of its x axis."""
+
 # Okabe and Ito, Color Universal Design (2008): told apart by all, also with colour-blind eyes.
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -89,11 +93,13 @@ def label_panel(axes: Axes, letter: str) -> None:
     axes.annotate(f"({letter})", (0, 1), (-29, 2), xycoords="axes fraction", textcoords="offset points")
 
 
-def legend_above(picture: Figure, handles: Sequence, labels: Sequence[str], columns: int) -> None:
-    """A legend over all panels, which make room for it."""
+def legend_above(picture: Figure, handles: Sequence, labels: Sequence[str], columns: int, grow: bool = False) -> None:
+    """A legend over all panels, which make room for it; `grow`: the picture does, for panels that have a scale."""
     size = matplotlib.rcParams["legend.fontsize"]
     rows = -(-len(labels) // columns)
     inches = (rows * 1.45 + 0.4) * size / 72
+    if grow:
+        picture.set_figheight(picture.get_figheight() + inches)
     picture.get_layout_engine().set(rect=(0, 0, 1, 1 - inches / picture.get_figheight()))
     picture.legend(handles, labels, loc="upper center", ncols=columns, borderaxespad=0.2, borderpad=0.1)
 
@@ -149,7 +155,9 @@ def write_bytes(content: bytes, path: Path) -> None:
 def settle(picture: Figure) -> None:
     """Lays the panels out for good, with rounded edges: the last digits of what the layout's solver
     finds depend on how many pictures it has done before."""
-    picture.draw_without_rendering()
+    # A panel with a scale moves in its place when that is laid out, and its labels with it: once more.
+    for _ in range(_LAYOUTS if any(axes.get_aspect() != "auto" for axes in picture.get_axes()) else 1):
+        picture.draw_without_rendering()
     picture.set_layout_engine("none")
     for axes in picture.get_axes():
         axes.set_position([round(edge, 5) for edge in axes.get_position(original=True).bounds])

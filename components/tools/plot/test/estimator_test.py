@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy
 import runs
+from pictures import paths
 from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.estimator import residuals, sources
@@ -44,7 +45,7 @@ class Estimator(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["estimator", *map(str, arguments)]), code, err.getvalue())
-        return {Path(line).stem: Path(line) for line in out.getvalue().splitlines()}, err.getvalue()
+        return {Path(path).stem: Path(path) for path in paths(out.getvalue())}, err.getvalue()
 
     def recording(self) -> Recording:
         return Recording(self.mission, self.data)
@@ -64,13 +65,13 @@ class Estimator(unittest.TestCase):
             width = float(ElementTree.parse(file).getroot().get("width")[:-2])
             self.assertAlmostEqual(width, 3.5 * 72)
         for name, words in {
-                "trajectory": ("x [m]", "y [m]", "true", "GPS accepted", "GPS gated, 12 beyond", "2σ"),
+                "trajectory": ("x [m]", "y [m]", "true", "GPS accepted", "GPS gated (12 of 26 outside, up to 6", "2σ"),
                 "errors": ("x [m]", "heading [°]", "±2σ as stated", "time [s]"),
                 "consistency": ("NEES of position", "NEES of pose", "expected: 3", "expected: 6"),
                 "residuals": ("gps: 212 accepted, 26 gated", "zero velocity: 0 accepted, 1 quarantined",
                               "weight below 0.5", "χ² per degree of freedom"),
                 "sources": ("estimator", "visual pose", "trusted, running", "gated measurement", "restart",
-                            "since absolute"),
+                            "without absolute"),
                 "biases": ("gyro bias [mrad/s]", "odometer scale", "±2σ")}.items():
             for word in words:
                 self.assertIn(word, texts(files[name]), name)
@@ -100,7 +101,7 @@ class Estimator(unittest.TestCase):
     def test_fixes_of_which_nothing_is_told_were_not_used(self):
         self.keep("estimate.csv", "gps.csv", "state.csv", "sources.csv")
         files, err = self.plot(self.mission)
-        self.assertIn("GPS not used, 12 beyond", texts(files["trajectory"]))
+        self.assertIn("GPS fix (12 of 250 outside, up to 6", texts(files["trajectory"]))
         self.assertNotIn("GPS accepted", texts(files["trajectory"]))
         self.assertEqual(err.count("outcomes of single measurements are not available"), 1, "once")
 
@@ -110,7 +111,7 @@ class Estimator(unittest.TestCase):
         files, _ = self.plot(mission)
         self.assertEqual(set(files), PICTURES)
         self.assertNotIn("GPS", texts(files["trajectory"]))
-        self.assertNotIn("since absolute", texts(files["sources"]))
+        self.assertNotIn("without absolute", texts(files["sources"]))
         self.assertIn("weld: 4 accepted, 1 late", texts(files["residuals"]))
 
     def test_several_robots(self):
@@ -144,10 +145,10 @@ class Estimator(unittest.TestCase):
 
     def test_nothing_to_draw(self):
         _, err = self.plot(self.mission / "gone", code=1)
-        self.assertIn("no mission folder or file", err)
+        self.assertIn("no folder or file", err)
         (self.mission / "empty").mkdir()
         _, err = self.plot(self.mission / "empty", code=1)
-        self.assertIn("no recorded state estimator below", err)
+        self.assertIn("nothing that can be drawn in", err)
 
     def test_of_a_reproduction_the_figures_are_drawn(self):
         files, _ = self.plot(runs.reproduction(self.mission / "estimator.json"))
@@ -158,7 +159,7 @@ class Estimator(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["rack", str(self.mission)]), 1)
-        self.assertIn("no recorded flight over a rack", err.getvalue())
+        self.assertIn("holds nothing of 'rack', but", err.getvalue())
 
     def test_what_the_estimates_say_of_their_errors_is_that_of_the_same_time(self):
         run = read_errors(self.recording())

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy
 from missions import START, write_csv
+from pictures import paths
 from PIL import Image
 from pipescout_plots.command_line import main
 
@@ -73,7 +74,7 @@ class NavigationTest(unittest.TestCase):
     def test_draws_plant_and_timeline(self):
         code, out, err = run("navigation", mission(self.folder))
         self.assertEqual((code, err), (0, ""))
-        self.assertEqual({Path(line).stem for line in out.splitlines()}, {"plant", "navigation"})
+        self.assertEqual({path.stem for path in paths(out)}, {"plant", "navigation"})
         self.assertLessEqual({"graph", "planned", "driven", "unmapped", "seen rarely", "seen sharp", "not sharp",
                               "waited"}, self.texts("plant"))
         self.assertLessEqual({"moving obstacle", "motion blur"}, self.texts("navigation"))

@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import missions
+from pictures import paths
 from pipescout_plots.command_line import main
 
 CRAWLER = {"support_graph", "position_error", "eddy_current"}
@@ -25,7 +26,7 @@ class Odometry(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["odometry", *map(str, arguments)]), code, err.getvalue())
-        return [Path(line) for line in out.getvalue().splitlines()], err.getvalue()
+        return paths(out.getvalue()), err.getvalue()
 
     def test_a_crawler_gets_its_pictures(self):
         missions.crawler(self.mission)
@@ -168,11 +169,10 @@ class Odometry(unittest.TestCase):
         self.mission.mkdir()
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(files, [])
-        self.assertIn("no recorded data below", err)
-        self.assertIn("nothing could be drawn", err)
+        self.assertIn("nothing that can be drawn in", err)
         self.assertFalse((self.mission / "pictures").exists())
         _, err = self.plot(self.mission / "gone", code=1)
-        self.assertIn("no mission folder or file", err)
+        self.assertIn("no folder or file", err)
 
     def test_a_folder_that_cannot_be_written(self):
         missions.readings(self.mission)
@@ -181,11 +181,10 @@ class Odometry(unittest.TestCase):
         self.assertIn("error: readings: ", err)
 
     def test_an_alignment_elsewhere(self):
-        missions.readings(self.mission)
         file = missions.alignment(Path(self._folder.name) / "elsewhere.csv")
-        files, _ = self.plot(self.mission, "--alignment", file)
-        self.assertEqual([file.name for file in files], ["readings.svg", "ledger_alignment.svg"])
-        text = "".join(ElementTree.parse(files[1]).getroot().itertext())
+        (drawn,), _ = self.plot(file)
+        self.assertEqual(drawn, file.parent / "pictures/ledger_alignment.svg")
+        text = "".join(ElementTree.parse(drawn).getroot().itertext())
         for words in ("only in the run", "only in the ledger", "probability < 0.99", "stretch [%]"):
             self.assertIn(words, text)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import flights
 import numpy
 from PIL import Image
+from pictures import paths
 from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.csv_table import BadData
@@ -21,8 +22,8 @@ from pipescout_plots.rack.flight_data import Poses, read_servo, read_true_offset
 from pipescout_plots.rack.overlay import read_images
 from pipescout_plots.recording import Missing, Recording
 
-PICTURES = {"flight", "errors", "offsets", "overlay", "map", "animation"}
-WITHOUT_RACK = {"flight", "errors", "offsets", "map"}
+PICTURES = {"flight", "pose_errors", "offsets", "overlay", "map", "animation"}
+WITHOUT_RACK = {"flight", "pose_errors", "offsets", "map"}
 
 
 def texts(file: Path) -> str:
@@ -50,7 +51,7 @@ class Rack(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["rack", *map(str, arguments)]), code, err.getvalue())
-        return {Path(line).stem: Path(line) for line in out.getvalue().splitlines()}, err.getvalue()
+        return {Path(path).stem: Path(path) for path in paths(out.getvalue())}, err.getvalue()
 
     def recording(self) -> Recording:
         self._recordings.append(Recording(self.mission, self.data))
@@ -85,7 +86,7 @@ class Rack(unittest.TestCase):
         for name, words in {
                 "flight": ("position [m]", "yaw [°]", "velocity [m/s]", "commanded", "estimated", "true",
                            "no pose", "forward"),
-                "errors": ("across [mm]", "about up [°]", "±2σ as stated"),
+                "pose_errors": ("across [mm]", "about up [°]", "±2σ as stated"),
                 "offsets": ("distance d̄ [cm]", "error [mm]", "P2", "P3", "P4"),
                 "overlay": ("model at the estimated pose", "44 × 44 pixels"),
                 "map": ("along the flow, y [m]", "way-point", "3, 4", "times", "P5")}.items():
@@ -106,7 +107,7 @@ class Rack(unittest.TestCase):
                                           "2004,raised,73,raised,,,\n")
         (leaks / "truth.csv").write_text("stamp,leak,x,y,z,length,delta\n2000,1,0.2,4.02,0.35,0.4,20\n")
         found = texts(self.plot(self.mission)[0]["map"])
-        for word in ("true hot spot", "found", "71"):
+        for word in ("true hot spot", "hot spot found", "71"):
             self.assertIn(word, found)
         for word in ("72", "73"):
             self.assertNotIn(word, found)
@@ -130,7 +131,7 @@ class Rack(unittest.TestCase):
         mission = self.mission / "mission.yaml"
         mission.write_text(mission.read_text().replace("RackSimulation", "Camera"))
         files, err = self.plot(self.mission)
-        self.assertEqual(set(files), PICTURES - {"errors"})
+        self.assertEqual(set(files), PICTURES - {"pose_errors"})
         self.assertIn("ground truth is available in simulated flights", err)
         self.assertIn("minus last value", texts(files["offsets"]))
         self.assertNotIn("true", texts(files["flight"]))
@@ -197,7 +198,7 @@ class Rack(unittest.TestCase):
         self.replace("offsets.csv", ",P1,", ",P1,x")
         self.replace("rack.yaml", "radius: 0.15, length: 10, gap", "radius: -0.15, length: 10, gap")
         files, err = self.plot(self.mission, code=1)
-        self.assertEqual(set(files), {"flight", "errors"})
+        self.assertEqual(set(files), {"flight", "pose_errors"})
         self.assertIn("offsets.csv: line 2: column 'offset': 'x0.0' is not a number", err)
         self.assertIn("rack.yaml: line 8: 'radius' is not above 0", err)
 
@@ -271,9 +272,9 @@ class Rack(unittest.TestCase):
         shutil.rmtree(self.data)
         files, err = self.plot(self.mission, code=1)
         self.assertEqual(files, {})
-        self.assertIn("no recorded flight over a rack below", err)
+        self.assertIn("nothing that can be drawn in", err)
         _, err = self.plot(self.mission / "gone", code=1)
-        self.assertIn("no mission folder or file", err)
+        self.assertIn("no folder or file", err)
 
     def test_a_reproduction(self):
         file = flights.reproduction(Path(self._folder.name) / "rack.json")
@@ -295,7 +296,7 @@ class Rack(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["odometry", str(self.mission)]), 1)
-        self.assertIn("no recorded data below", err.getvalue())
+        self.assertIn("holds nothing of 'odometry', but", err.getvalue())
 
 
 if __name__ == "__main__":

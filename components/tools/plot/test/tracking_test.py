@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy
 from missions import START, write_csv
 from PIL import Image
+from pictures import paths
 from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.recording import Recording
@@ -94,7 +95,7 @@ class Tracking(unittest.TestCase):
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["tracking", *map(str, arguments)]), code, err.getvalue())
-        return {Path(line).stem: Path(line) for line in out.getvalue().splitlines()}, err.getvalue()
+        return {Path(path).stem: Path(path) for path in paths(out.getvalue())}, err.getvalue()
 
     def test_a_mission_gets_its_pictures(self):
         files, err = self.plot(self.mission)
@@ -146,7 +147,7 @@ class Tracking(unittest.TestCase):
     def test_a_folder_without_a_track_says_so(self):
         (self.data / "track.csv").unlink()
         _, err = self.plot(self.mission, code=1)
-        self.assertIn("no recorded track", err)
+        self.assertIn("nothing that can be drawn in", err)
 
 
 if __name__ == "__main__":

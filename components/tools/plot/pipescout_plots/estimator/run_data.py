@@ -29,8 +29,15 @@ class Estimates:
     correlation_xy: numpy.ndarray
 
 
+def of_recording(recording: Recording) -> bool:
+    """Whether these are tables of `pipescout estimate`: a trajectory, no more."""
+    return not (recording.folder / "estimate.csv").is_file() and (recording.folder / "trajectory.csv").is_file()
+
+
 def read_estimates(recording: Recording) -> Estimates:
     """Raises Missing and BadData."""
+    if of_recording(recording):
+        return _read_trajectory(recording)
     deviations = [f"{axis}_standard_deviation" for axis in AXES]
     table = recording.table("estimate.csv", _WHY, ["stamp", *AXES[:3], *deviations, "x_y_correlation"])
     table.require_rising("stamp")
@@ -38,6 +45,18 @@ def read_estimates(recording: Recording) -> Estimates:
         table.require_finite(column)
     return Estimates(table.numbers["stamp"], _columns(table, AXES[:3]), _columns(table, deviations),
                      table.numbers["x_y_correlation"])
+
+
+def _read_trajectory(recording: Recording) -> Estimates:
+    """It says nothing of rotations, and of x and y together."""
+    deviations = [f"{axis}_deviation" for axis in AXES[:3]]
+    table = recording.table("trajectory.csv", _WHY, ["stamp", *AXES[:3], *deviations])
+    table.require_rising("stamp")
+    for column in AXES[:3]:
+        table.require_finite(column)
+    unknown = numpy.full((len(table), 3), numpy.nan)
+    return Estimates(table.numbers["stamp"], _columns(table, AXES[:3]),
+                     numpy.concatenate((_columns(table, deviations), unknown), axis=1), unknown[:, 0])
 
 
 def read_true_positions(recording: Recording) -> tuple[numpy.ndarray, numpy.ndarray]:
@@ -103,7 +122,7 @@ def read_factors_if_any(recording: Recording) -> Factors | None:
     try:
         return read_factors(recording)
     except Missing as reason:
-        recording.notes.append(f"outcomes of single measurements are not available: {reason}")
+        recording.note(f"outcomes of single measurements are not available: {reason}")
         return None
 
 

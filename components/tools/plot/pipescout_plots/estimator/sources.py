@@ -25,6 +25,8 @@ _LOOKS = (  # states of sources and phases of the estimator, colour
     (("absent", "starting"), style.PALE),
 )
 _COLOUR_OF = {state: colour for states, colour in _LOOKS for state in states}
+_INTERVALS = 150
+"""That a panel of a column's width can show."""
 _LEAST_SEEN = 1 / 400
 """Of the width: what is shorter is drawn so wide."""
 
@@ -53,13 +55,28 @@ def draw(recording: Recording) -> Figure:
     strips.tick_params(axis="y", length=0)
     strips.spines["left"].set_visible(False)
     if len(panels) == 2:
-        time.line(panels[1], states.numbers["stamp"], since, color=style.BLUE)
-        panels[1].set_ylim(bottom=0)
-        panels[1].set_ylabel("since absolute\nposition [s]")
+        edges, longest = longest_since(states.numbers["stamp"], since, time.end)
+        panels[1].stairs(longest, time(edges), color=style.BLUE, linewidth=0.8, baseline=None)
+        panels[1].set_ylim(0, 1.15 * max(float(numpy.nanmax(longest)), 1e-3))
+        panels[1].set_ylabel("longest time\nwithout absolute\nposition [s]")
     time.limit(panels[-1])
     panels[-1].set_xlabel(time.label)
     style.legend_above(figure, *_legend(strips), 3)
     return figure
+
+
+def longest_since(stamps: numpy.ndarray, since: numpy.ndarray, end: float) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """Edges of up to _INTERVALS equal intervals, and the largest value in each; NaN where there is none. Between two
+    fixes the time rises and falls back: of its saw teeth only the tips tell something."""
+    count = max(1, min(_INTERVALS, len(stamps) // 2))
+    edges = numpy.linspace(float(stamps[0]), max(end, float(stamps[-1])), count + 1)
+    if edges[-1] <= edges[0]:
+        edges = numpy.array([edges[0], edges[0] + 1.0])
+    longest = numpy.full(len(edges) - 1, numpy.nan)
+    places = numpy.clip(numpy.searchsorted(edges, stamps, side="right") - 1, 0, len(longest) - 1)
+    known = numpy.isfinite(since)
+    numpy.fmax.at(longest, places[known], since[known])
+    return edges, longest
 
 
 def spans(stamps: numpy.ndarray, states: numpy.ndarray, end: float) -> dict[str, list[tuple[float, float]]]:

@@ -3,30 +3,25 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
-from .. import reproduction
-from ..drawing import Drawing
+from ..contents import Kind
 from ..recording import Picture
-from ..result import draw_recordings, draw_result
-from . import biases, consistency, errors, residuals, sources, trajectory
+from . import biases, consistency, errors, residuals, sources, trajectory, uncertainty
 
-DATA_FILES = ("estimate.csv", "factors.csv", "sources.csv")
-PICTURES = (
-    Picture("trajectory", trajectory.draw),
-    Picture("errors", errors.draw),
-    Picture("consistency", consistency.draw),
-    Picture("residuals", residuals.draw),
-    Picture("sources", sources.draw),
-    Picture("biases", biases.draw),
+KINDS = (
+    Kind("estimator", "a state estimator", {"estimate.csv": frozenset(), "factors.csv": frozenset(),
+                                            "sources.csv": frozenset()}, (
+        Picture("trajectory", "the path from above: estimated and true, with GPS fixes", trajectory.draw),
+        Picture("errors", "how far position and heading were off over time, and how far they say they may be",
+                errors.draw),
+        Picture("consistency", "whether the stated uncertainty is right: the line belongs into the band",
+                consistency.draw),
+        Picture("residuals", "how well each measurement fitted, and which were refused", residuals.draw),
+        Picture("sources", "which sensor was believed when", sources.draw),
+        Picture("biases", "errors of IMU and odometer as estimated", biases.draw),
+    )),
+    Kind("estimator", "the trajectory of a recording", {"trajectory.csv": frozenset({"x_deviation"})}, (
+        Picture("trajectory", "the path from above with its uncertainty", trajectory.draw),
+        Picture("uncertainty", "height, and the stated standard deviation of the position, over time",
+                uncertainty.draw),
+    )),
 )
-REPRODUCTION = (Picture("figures", reproduction.draw_figures),)
-
-
-def run(options: argparse.Namespace) -> int:
-    return draw_result(options, REPRODUCTION, _draw_mission)
-
-
-def _draw_mission(mission: Path, drawing: Drawing) -> list[str]:
-    return draw_recordings(mission, drawing, "state estimator", DATA_FILES, PICTURES)

@@ -9,11 +9,14 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from .. import style
+from ..findings import draw_findings, read_findings
+from ..labels import place_labels
 from ..recording import Missing, Recording
 from . import map_files
 
 LARGEST_HEIGHT = 5.0
 """Inches."""
+FROM_ABOVE = (0, 1)
 BESIDE_MAP = 0.15
 """m: what is seen so near a cell of the map is that of the map."""
 SEEN_OFTEN = 3
@@ -32,7 +35,7 @@ def draw(recording: Recording) -> Figure:
     low, high = _frame(grid, plan, ways.values())
     width = style.COLUMN - 0.55
     height = min(width * float((high[1] - low[1]) / (high[0] - low[0])), LARGEST_HEIGHT)
-    figure = style.figure(height + 1.0)
+    figure = style.figure(height + style.LABELS)
     axes = figure.subplots()
     if grid is not None:
         shades = LinearSegmentedColormap.from_list("map", ["#FFFFFF", style.GREY])
@@ -49,8 +52,11 @@ def draw(recording: Recording) -> Figure:
             colour, line = (style.BLUE, "-") if label == "driven" else (style.BLACK, (0, (1.2, 2.2)))
             axes.plot(way[0], way[1], color=colour, linewidth=0.8, linestyle=line, zorder=5, label=label)
     _draw_stands(axes, recording)
+    findings = read_findings(recording)
+    draw_findings(axes, findings, FROM_ABOVE, "leak")
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    style.legend_above(figure, *style.unique_legend(axes), 3)
+    style.legend_above(figure, *style.unique_legend(axes), 3, grow=True)
+    place_labels(axes, findings.labels(FROM_ABOVE), findings.marks(FROM_ABOVE))
     return figure
 
 

@@ -3,26 +3,15 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
-from .. import reproduction
-from ..drawing import Drawing
+from ..contents import Kind
 from ..recording import Picture
-from ..result import draw_recordings, draw_result
 from . import plant, timeline
 
-DATA_FILES = ("plan.csv",)
-PICTURES = (
-    Picture("plant", plant.draw),
-    Picture("navigation", timeline.draw),
+KINDS = (
+    Kind("navigation", "a robot that is navigated", {"plan.csv": frozenset()}, (
+        Picture("plant", "the plant from above: its map, planned and driven way, obstacles, pipes seen, leaks with "
+                "their numbers", plant.draw),
+        Picture("navigation", "speed, deviation from the path, and why it was slow or stood, over time",
+                timeline.draw),
+    )),
 )
-REPRODUCTION = (Picture("figures", reproduction.draw_figures),)
-
-
-def run(options: argparse.Namespace) -> int:
-    return draw_result(options, REPRODUCTION, _draw_mission)
-
-
-def _draw_mission(mission: Path, drawing: Drawing) -> list[str]:
-    return draw_recordings(mission, drawing, "plan", DATA_FILES, PICTURES)

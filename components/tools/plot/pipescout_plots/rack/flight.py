@@ -12,14 +12,15 @@ from matplotlib.figure import Figure
 from .. import style
 from ..recording import Missing, Recording
 from . import rotations
-from .flight_data import Poses, read_commands, read_poses, read_servo, read_truth_if_any
+from .flight_data import (Commands, Poses, of_images, read_commands, read_poses, read_servo,
+                          read_truth_if_any)
 from .timeline import Timeline
 
 WINDOW = 0.2
 """Seconds over which velocities are taken from poses."""
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN)
 PALE = ("#9CCBEA", "#F4B88F", "#93DBC4")
-LABEL_GAP = 0.125
+LABEL_GAP = 0.165
 """Between the labels of lines, of the height of a panel."""
 
 
@@ -45,11 +46,7 @@ def draw(recording: Recording) -> Figure:
     poses = read_poses(recording)
     truth = read_truth_if_any(recording)
     R_camera_base = read_servo(recording).R_base_camera.T
-    try:
-        commands = read_commands(recording)
-    except Missing as reason:
-        recording.notes.append(f"flight is drawn without commands: {reason}")
-        commands = None
+    commands = _commands(recording)
     known = [series for series in (poses, truth) if series is not None]
     timeline = Timeline(recording, min(series.times[0] for series in known),
                         max(series.times[-1] for series in known))
@@ -73,6 +70,16 @@ def draw(recording: Recording) -> Figure:
     figure.align_ylabels()
     style.legend_above(figure, *style.unique_legend(*axes_of[::-1]), 4)
     return figure
+
+
+def _commands(recording: Recording) -> Commands | None:
+    if of_images(recording):
+        return None
+    try:
+        return read_commands(recording)
+    except Missing as reason:
+        recording.note(f"flight is drawn without commands: {reason}")
+        return None
 
 
 def _series(poses: Poses, R_camera_base: numpy.ndarray) -> dict[str, tuple[numpy.ndarray, numpy.ndarray]]:

@@ -55,10 +55,16 @@ class Poses:
                 & (times != self.times[after]) & (times != self.times[after - 1]))
 
 
+def of_images(recording: Recording) -> bool:
+    """Whether these are tables of `pipescout rack track`: poses, and a state for each image, no more."""
+    return not (recording.folder / "pose.csv").is_file() and (recording.folder / "poses.csv").is_file()
+
+
 def read_poses(recording: Recording) -> Poses:
     """Raises Missing and BadData."""
     deviations = [f"{axis}_standard_deviation" for axis in AXES]
-    table = recording.table("pose.csv", _WHY, ["stamp", "x", "y", "z", *_QUATERNION, *deviations,
+    name = "poses.csv" if of_images(recording) else "pose.csv"
+    table = recording.table(name, _WHY, ["stamp", "x", "y", "z", *_QUATERNION, *deviations,
                                                "x_y_correlation"])
     poses = _poses(table)
     poses.deviations = numpy.stack([table.numbers[name] for name in deviations], axis=-1)
@@ -105,9 +111,10 @@ def untracked(recording: Recording) -> list[tuple[float, float]]:
     """The times from one image without a pose to the next image with one, once there has been one.
     Raises BadData."""
     try:
-        table = recording.table("state.csv", _WHY, ["stamp"], ["status"])
+        name = "images.csv" if of_images(recording) else "state.csv"
+        table = recording.table(name, _WHY, ["stamp"], ["status"])
     except Missing as reason:
-        recording.notes.append(f"losses are not marked: {reason}")
+        recording.note(f"losses are not marked: {reason}")
         return []
     table.require_rising("stamp")
     stamps = table.numbers["stamp"]
@@ -128,10 +135,12 @@ def untracked(recording: Recording) -> list[tuple[float, float]]:
 
 def done_way_points(recording: Recording) -> list[tuple[float, int]]:
     """When each way-point was reached or given up, and its number from 1. Raises BadData."""
+    if of_images(recording):
+        return []
     try:
         table = recording.table("way_points.csv", "its source counts none", ["stamp", "done"])
     except Missing as reason:
-        recording.notes.append(f"way-points are not marked: {reason}")
+        recording.note(f"way-points are not marked: {reason}")
         return []
     table.require_rising("stamp")
     result: list[tuple[float, int]] = []
@@ -172,7 +181,7 @@ def read_servo(recording: Recording) -> Servo:
         if len(place) == 3:
             servo.camera_position = numpy.array(place, dtype=float)
     except _NOT_READ as problem:
-        recording.notes.append(f"mission.yaml: parameters of the visual servo are not available ({problem})")
+        recording.note(f"mission.yaml: parameters of the visual servo are not available ({problem})")
     return servo
 
 
@@ -186,7 +195,7 @@ def read_true_offsets(recording: Recording, pipes: list[str]) -> dict[str, float
         offsets = [float(value) for value in simulation.get("offsets") or [0.0] * len(pipes)]
         return dict(zip(pipes, offsets)) if len(offsets) == len(pipes) else {}
     except _NOT_READ as problem:
-        recording.notes.append(f"mission.yaml: true offsets of the pipes are not available ({problem})")
+        recording.note(f"mission.yaml: true offsets of the pipes are not available ({problem})")
         return {}
 
 

@@ -11,9 +11,10 @@ from matplotlib.patches import Polygon, Rectangle
 from .. import style
 from ..decimation import decimate
 from ..ellipses import draw_ellipses
+from ..findings import draw_findings, read_findings
+from ..labels import Label, place_labels
 from ..recording import Missing, Recording
 from ..time_axis import pieces
-from .findings import draw_findings, read_findings
 from .flight_data import MISSING_FOR, Poses, read_poses, read_servo, read_truth_if_any
 from .rack_file import Rack, read_rack
 
@@ -23,6 +24,8 @@ EDGE = "#7C868E"
 SUPPORT = "#EDE3D2"
 MARGIN = 0.6
 """Metres around rack and path."""
+FROM_ABOVE = (1, 0)
+"""y to the right, x down."""
 ELLIPSE = 0.2
 """Metres, the radius that the usual ellipse is drawn with."""
 
@@ -34,12 +37,12 @@ def draw(recording: Recording) -> Figure:
     try:
         rack = read_rack(recording)
     except Missing as reason:
-        recording.notes.append(f"map is drawn without the rack: {reason}")
+        recording.note(f"map is drawn without the rack: {reason}")
         rack = Rack([])
     low, high = extent(rack, poses, servo.way_points)
     width = style.COLUMN - 0.55
     height = width * (high[0] - low[0]) / (high[1] - low[1])
-    figure = style.figure(height + 0.95)
+    figure = style.figure(height + style.LABELS)
     axes = figure.subplots()
     draw_rack(axes, rack)
     if truth is not None:
@@ -48,11 +51,14 @@ def draw(recording: Recording) -> Figure:
     draw_path(axes, poses, color=style.BLUE, linewidth=1.0, zorder=5, label="estimated")
     draw_ellipses(axes, poses.positions[:, 1::-1], poses.deviations[:, 1::-1], poses.correlation_xy, ELLIPSE)
     draw_way_points(axes, servo.way_points)
-    draw_findings(axes, read_findings(recording))
+    findings = read_findings(recording)
+    draw_findings(axes, findings, FROM_ABOVE, "hot spot")
     limit(axes, low, high)
     axes.set_xlabel("along the flow, y [m]")
     axes.set_ylabel("across, x [m]")
-    style.legend_above(figure, *style.unique_legend(axes), 4)
+    style.legend_above(figure, *style.unique_legend(axes), 3, grow=True)
+    place_labels(axes, [*way_point_labels(servo.way_points), *findings.labels(FROM_ABOVE)],
+                 findings.marks(FROM_ABOVE))
     return figure
 
 
@@ -111,9 +117,11 @@ def draw_way_points(axes: Axes, way_points: numpy.ndarray) -> None:
         return
     axes.plot(way_points[:, 1], way_points[:, 0], "o", color=style.VERMILLION, markerfacecolor="white",
               markersize=4, markeredgewidth=0.8, zorder=8, label="way-point")
+
+
+def way_point_labels(way_points: numpy.ndarray) -> list[Label]:
+    """Their numbers; of those at one place, together."""
     numbers: dict[tuple[float, float], list[str]] = {}
     for number, (x, y) in enumerate(way_points[:, :2].tolist(), 1):
         numbers.setdefault((x, y), []).append(str(number))
-    for (x, y), texts in numbers.items():
-        axes.annotate(", ".join(texts), (y, x), (4, 3), textcoords="offset points", fontsize=6,
-                      color=style.VERMILLION, zorder=9)
+    return [Label(y, x, ", ".join(texts), style.VERMILLION) for (x, y), texts in numbers.items()]

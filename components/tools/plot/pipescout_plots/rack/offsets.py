@@ -27,7 +27,7 @@ def draw(recording: Recording) -> Figure:
     if not pipes:
         raise Missing(f"no pipe of {table.path} has an offset other than 0")
     if len(pipes) > MOST_PIPES:
-        recording.notes.append(f"offsets shows the first {MOST_PIPES} of {len(pipes)} pipes")
+        recording.note(f"offsets shows the first {MOST_PIPES} of {len(pipes)} pipes")
     stamps = table.numbers["stamp"]
     timeline = Timeline(recording, stamps[0], stamps[-1])
     rack = _rack(recording)
@@ -66,7 +66,7 @@ def _rack(recording: Recording) -> Rack:
     try:
         return read_rack(recording)
     except (Missing, BadData) as problem:
-        recording.notes.append(f"offsets are drawn without the distances of the rack file: {problem}")
+        recording.note(f"offsets are drawn without the distances of the rack file: {problem}")
         return Rack([])
 
 

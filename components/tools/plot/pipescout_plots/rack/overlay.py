@@ -72,7 +72,7 @@ def read_images(recording: Recording) -> Images:
     try:
         offsets = recording.table("offsets.csv", "the localizer gave none", ["stamp", "offset"], ["pipe"])
     except Missing as reason:
-        recording.notes.append(f"images show the pipes without offsets: {reason}")
+        recording.note(f"images show the pipes without offsets: {reason}")
         offsets = None
     stamps = images.numbers["stamp"]
     images.require_finite("stamp")

@@ -13,6 +13,7 @@ import yaml
 
 from ..csv_table import BadData
 from ..recording import Recording
+from .flight_data import of_images
 
 
 @dataclass
@@ -75,7 +76,8 @@ class Rack:
 
 def read_rack(recording: Recording) -> Rack:
     """Raises Missing, and BadData naming file and line."""
-    return parse_rack(recording.path("rack.yaml", "its composition names none under summary.rack.rack"))
+    return parse_rack(recording.path("rack.yaml", "a copy of the rack file there is drawn" if of_images(recording) else
+                                     "its composition names none under summary.rack.rack"))
 
 
 class _Mapping(dict):

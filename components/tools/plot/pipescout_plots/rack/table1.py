@@ -23,9 +23,9 @@ OURS = ((style.BLUE, "o"), (style.GREEN, "^"))
 
 
 def draw(recording: Recording) -> Figure:
-    studies = cells(read_rows(recording.mission))
+    studies = cells(read_rows(recording.file))
     if not studies:
-        raise Missing(f"{recording.mission} has no rows of Table I")
+        raise Missing(f"{recording.file} has no rows of Table I")
     pipes = sorted({cell["pipes"] for study in studies.values() for cell in study})
     figure = style.figure(3.7)
     grid = figure.subplots(3, len(pipes), sharex=True, sharey="row", squeeze=False,

@@ -47,9 +47,9 @@ class Timeline(TimeAxis):
             if not result or stamp - result[-1][0] >= NUMBER_GAP * (self.end - self.start):
                 result.append((stamp, number))
         if len(during) < len(way_points):
-            recording.notes.append(f"{len(way_points) - len(during)} way-points are not of the time of the "
+            recording.note(f"{len(way_points) - len(during)} way-points are not of the time of the "
                                    "flight and are not marked: has their source another clock?")
         elif len(result) < len(during):
-            recording.notes.append(f"only {len(result)} of {len(during)} way-points are marked, so that "
+            recording.note(f"only {len(result)} of {len(during)} way-points are marked, so that "
                                    "their numbers do not touch")
         return result

@@ -3,27 +3,19 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
+from ..contents import Kind
+from ..recording import Animation, Picture
+from . import animation, arm, errors, image_track, overlay
 
-from .. import reproduction
-from ..drawing import Drawing
-from ..recording import Picture
-from ..result import draw_recordings, draw_result
-from . import animation, arm, errors, overlay
-
-DATA_FILES = ("track.csv",)
-PICTURES = (
-    Picture("tracking_errors", errors.draw),
-    Picture("particles", overlay.draw),
-    Picture("arm", arm.draw),
+KINDS = (
+    Kind("tracking", "a tracked pipe and the arm", {"track.csv": frozenset({"u"})}, (
+        Picture("particles", "the tracked pipe and the tracker's particles over three thermal images", overlay.draw),
+        Picture("arm", "where the pipe was in the image, what the arm did, and its joints", arm.draw),
+        Picture("tracking_errors", "how far the track was off over time, by each of its estimates", errors.draw),
+        Animation("tracking", "thermal images with particles and track, and the arm's joints", animation.write),
+    )),
+    Kind("tracking", "a pipe tracked through images", {"track.csv": frozenset({"x_sd"})}, (
+        Picture("track", "the pipe in the images: its middle, length and direction over time, and when it was lost",
+                image_track.draw),
+    )),
 )
-REPRODUCTION = (Picture("figures", reproduction.draw_figures),)
-
-
-def run(options: argparse.Namespace) -> int:
-    return draw_result(options, REPRODUCTION, _draw_mission)
-
-
-def _draw_mission(mission: Path, drawing: Drawing) -> list[str]:
-    return draw_recordings(mission, drawing, "track", DATA_FILES, PICTURES, ("tracking", animation.write))
