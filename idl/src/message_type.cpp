@@ -59,8 +59,8 @@ const MessageType* find_built_in(std::string_view name) noexcept {
 std::span<const MessageType* const> message_types() noexcept {
   static const auto types = [] {
     std::vector<const MessageType*> all;
-    for (const auto package : idl::built_in_packages()) {
-      const auto own = package();
+    for (const auto& package : idl::built_in_packages()) {
+      const auto own = package.types();
       all.insert(all.end(), own.types, own.types + own.count);
     }
     std::ranges::sort(all, {}, &MessageType::name);
@@ -83,13 +83,6 @@ const MessageType* find_message_type(std::string_view name) noexcept {
 const MessageType& load_message_type(std::string_view name) {
   if (const auto* const type = find_built_in(name)) {
     return *type;
-  }
-  const auto package = name.substr(0, name.find('/') + 1);
-  if (std::ranges::any_of(message_types(), [&](const MessageType* type) {
-        return !package.empty() && type->name.starts_with(package);
-      })) {
-    throw MessageTypeError("unknown type '" + std::string(name) +
-                           "': its package has no such type");
   }
   return idl::InstalledTypes::instance().load(name);
 }

@@ -7,7 +7,16 @@
 
 namespace pipescout::testing {
 
-/// The types of the library and those of test_msgs.
+/// One definition, compiled into this program and loaded by it at run time.
+struct TwinTypes {
+  const MessageType* generated;
+  const MessageType* loaded;
+};
+
+/// Of test_msgs.
+[[nodiscard]] const std::vector<TwinTypes>& twin_types();
+
+/// The types of the library and those of test_msgs in both forms.
 [[nodiscard]] const std::vector<const MessageType*>& all_types();
 
 }  // namespace pipescout::testing

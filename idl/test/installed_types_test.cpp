@@ -3,44 +3,29 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
+#include "ament_prefix.hpp"
 #include "pipescout/idl/field_access.hpp"
 #include "pipescout/idl/message_type.hpp"
-#include "temporary_folder.hpp"
 
 namespace pipescout {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kIndex = "share/ament_index/resource_index/pipescout_messages";
-
-/// A prefix in AMENT_PREFIX_PATH with lists of types.
-class Prefix {
+/// A prefix with lists of types.
+class Prefix : public testing::AmentPrefix {
  public:
-  Prefix() {
-    fs::create_directories(folder_.path() / kIndex);
-    setenv("AMENT_PREFIX_PATH", folder_.path().c_str(), 1);
-  }
-  ~Prefix() { unsetenv("AMENT_PREFIX_PATH"); }
-  Prefix(const Prefix&) = delete;
-  Prefix& operator=(const Prefix&) = delete;
-
   void write_list(const std::string& package, const std::string& text) const {
-    std::ofstream(folder_.path() / kIndex / package) << text;
+    write_entry("pipescout_messages", package, text);
   }
   void add_library(const fs::path& library) const {
-    fs::create_directories(folder_.path() / "lib");
-    fs::copy_file(library, folder_.path() / "lib" / library.filename());
+    fs::create_directories(path() / "lib");
+    fs::copy_file(library, path() / "lib" / library.filename());
   }
-
- private:
-  testing::TemporaryFolder folder_;
 };
 
 std::string error_of(std::string_view name) {
@@ -97,7 +82,7 @@ TEST(InstalledTypesTest, WhatIsWrongIsSaid) {
   prefix.write_list("foreign_msgs", "foreign_msgs/msg/Type;" + library + "\n");
   EXPECT_TRUE(ends_with(error_of("foreign_msgs/msg/Type"),
                         "holds no messages of foreign_msgs: it has no symbol "
-                        "pipescout_message_types_of_foreign_msgs"));
+                        "pipescout_message_objects_of_foreign_msgs"));
   // The lists of other packages are read all the same.
   EXPECT_TRUE(std::ranges::binary_search(known_message_types(), "listed_msgs/msg/Other"));
 }

@@ -33,6 +33,7 @@ class TypeSupportWriter {
     out_ += "// SPDX-License-Identifier: Apache-2.0\n// Generated from the definitions of " +
             package_ +
             ".\n#include <array>\n#include <cstddef>\n"
+            "#include <pipescout/idl/support/object_type.hpp>\n"
             "#include <pipescout/idl/support/type_support.hpp>\n\n";
     std::set<std::string> headers;
     for (const auto* const interface : interfaces_) {
@@ -250,19 +251,32 @@ class TypeSupportWriter {
     return entry + "}";
   }
 
+  /// The functions by which the library is asked for its types.
   void list() {
     std::size_t count = 0;
-    std::string entries;
+    std::string types;
+    std::string objects;
     for (const auto* const interface : interfaces_) {
       for (const auto& structure : interface->structures) {
-        entries += "      &pipescout::message_type<" + scoped_name(structure.name) + ">(),\n";
+        const auto name = scoped_name(structure.name);
+        types += "      &pipescout::message_type<" + name + ">(),\n";
+        objects += "      new pipescout::idl::GeneratedObjectType<" + name + ">,\n";
         ++count;
       }
     }
-    out_ += "extern \"C\" pipescout::idl::PackageTypes pipescout_message_types_of_" + package_ +
-            "() {\n  static const std::array<const pipescout::MessageType*, " +
-            std::to_string(count) + "> types{\n" + entries +
-            "  };\n  return {types.data(), types.size()};\n}\n";
+    const auto function = [&](std::string_view result, std::string_view symbol,
+                              std::string_view element, const std::string& entries,
+                              std::string_view comment) {
+      out_ += "extern \"C\" pipescout::idl::" + std::string(result) + " " + std::string(symbol) +
+              package_ + "() {\n" + std::string(comment) +
+              "  static const std::array<const pipescout::" + std::string(element) + "*, " +
+              std::to_string(count) + "> types{\n" + entries +
+              "  };\n  return {types.data(), types.size()};\n}\n";
+    };
+    function("PackageTypes", "pipescout_message_types_of_", "MessageType", types, "");
+    out_ += '\n';
+    function("PackageObjects", "pipescout_message_objects_of_", "idl::ObjectType", objects,
+             "  // Never destroyed, as the types are not.\n");
   }
 
   const std::string& package_;

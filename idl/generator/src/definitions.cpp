@@ -51,8 +51,7 @@ std::optional<std::filesystem::path> Definitions::find_file(std::string_view int
   return std::nullopt;
 }
 
-const Interface& Definitions::parse(std::string_view interface_name,
-                                    const std::filesystem::path& file) {
+Interface read_definition(std::string_view interface_name, const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   if (!stream.is_open() || stream.bad()) {
@@ -64,8 +63,14 @@ const Interface& Definitions::parse(std::string_view interface_name,
   if (interface.kind == InterfaceKind::kAction) {
     add_action_structures(interface);
   }
+  return interface;
+}
+
+const Interface& Definitions::parse(std::string_view interface_name,
+                                    const std::filesystem::path& file) {
   const auto& stored =
-      interfaces_.emplace(std::string(interface_name), std::move(interface)).first->second;
+      interfaces_.emplace(std::string(interface_name), read_definition(interface_name, file))
+          .first->second;
   for (const auto& structure : stored.structures) {
     structures_.emplace(structure.name, &structure);
   }

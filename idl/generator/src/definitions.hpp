@@ -21,6 +21,12 @@ struct UniformLayout {
   std::size_t count = 0;
 };
 
+/// What one file defines as the interface of that name ("std_srvs/srv/Trigger"), of an action with
+/// the structures that ROS 2 derives. The types of its fields need not exist. Throws
+/// DefinitionError, std::invalid_argument when the file cannot be read.
+[[nodiscard]] Interface read_definition(std::string_view interface_name,
+                                        const std::filesystem::path& file);
+
 /// The definitions that files in a set of folders make, each read when it is first needed.
 class Definitions {
  public:
