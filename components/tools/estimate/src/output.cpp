@@ -347,46 +347,6 @@ std::string trajectory_geojson(const Trajectory& trajectory) {
   return out + "]}}]}\n";
 }
 
-std::string trajectory_svg(const Trajectory& trajectory) {
-  constexpr double kSize = 800;
-  constexpr double kMargin = 40;
-  Vector2d low = Vector2d::Constant(1e300);
-  Vector2d high = -low;
-  const auto include = [&](const Vector3d& p) {
-    low = low.cwiseMin(p.head<2>());
-    high = high.cwiseMax(p.head<2>());
-  };
-  for (const auto& p : trajectory.points) {
-    include(p.position);
-  }
-  for (const auto& fix : trajectory.fixes) {
-    include(fix.position);
-  }
-  const double extent = std::max((high - low).maxCoeff(), 1.0);
-  const double scale = (kSize - 2 * kMargin) / extent;
-  const auto x = [&](const Vector3d& p) { return kMargin + scale * (p.x() - low.x()); };
-  const auto y = [&](const Vector3d& p) { return kSize - kMargin - scale * (p.y() - low.y()); };
-  std::string out = formatted(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\">\n"
-      "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n<g fill=\"#d95f02\">\n",
-      kSize, kSize);
-  for (const auto& fix : trajectory.fixes) {
-    out += formatted("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"1.5\"/>\n", x(fix.position),
-                     y(fix.position));
-  }
-  out += "</g>\n<polyline fill=\"none\" stroke=\"#1b4f9c\" stroke-width=\"1.5\" points=\"";
-  for (const auto& p : trajectory.points) {
-    out += formatted("%.1f,%.1f ", x(p.position), y(p.position));
-  }
-  const double bar = std::pow(10.0, std::floor(std::log10(extent / 2)));
-  out += formatted(
-      "\"/>\n<path d=\"M%.0f %.0fh%.1f\" stroke=\"black\" stroke-width=\"2\"/>\n"
-      "<text x=\"%.0f\" y=\"%.0f\" font-family=\"sans-serif\" font-size=\"14\">%g m; line: "
-      "trajectory, points: GPS; x to the right, y up</text>\n</svg>\n",
-      kMargin, kSize - 12, bar * scale, kMargin + bar * scale + 8, kSize - 8, bar);
-  return out;
-}
-
 std::string report(const Recording& recording, const Configuration& configuration,
                    const Trajectory& trajectory, const std::vector<std::string>& said) {
   constexpr double kContradicted = 3;

@@ -17,7 +17,8 @@ namespace pipescout::estimate {
 [[nodiscard]] std::string trajectory_tum(const Recording& recording, const Trajectory& trajectory);
 /// RFC 7946, cut at the antimeridian (3.1.9). Empty without GPS.
 [[nodiscard]] std::string trajectory_geojson(const Trajectory& trajectory);
-/// Plan view of trajectory and fixes.
+/// Plan view of trajectory and fixes, of which there is one at least, with axes in metres of the
+/// map.
 [[nodiscard]] std::string trajectory_svg(const Trajectory& trajectory);
 /// Markdown. `said`: what was taken for what.
 [[nodiscard]] std::string report(const Recording& recording, const Configuration& configuration,

@@ -208,6 +208,9 @@ TEST_F(EstimateOfABag, WithImuOdometerAndGpsIsWrittenAndExplained) {
               HasSubstr("source: \"/imu/data\""));
   EXPECT_THAT(testing::content(folder_.path() / "out" / "trajectory.geojson"),
               HasSubstr("MultiLineString"));
+  EXPECT_THAT(testing::content(folder_.path() / "out" / "trajectory.svg"),
+              AllOf(HasSubstr(">x [m]</text>"), HasSubstr(">y [m]</text>"), HasSubstr(">0</text>"),
+                    HasSubstr(">trajectory</text>"), HasSubstr(">GPS</text>")));
   const auto again = testing::run_program(
       ESTIMATE_COMMAND, {"bag", "--config", "out/configuration.yaml", "--out", "again"},
       folder_.path());

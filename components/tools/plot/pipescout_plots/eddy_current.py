@@ -68,7 +68,7 @@ def _picture(samples: Table, distance: numpy.ndarray, welds: Table | None) -> Fi
     high.sharey(low)
     for axes, weld in ((low, hardest), (high, easiest)):
         _draw_zoom(axes, samples, distance, welds, weld)
-    low.set_ylabel("signal")
+    low.set_ylabel("signal [raw]")
     _draw_loop(loop, samples, distance, welds, easiest)
     for axes, letter in zip((signal, confidence, low, high, loop), "abcde"):
         style.label_panel(axes, letter)
@@ -89,7 +89,7 @@ def _draw_signal(axes: Axes, samples: Table, distance: numpy.ndarray) -> None:
     for column, colour in (("x1", style.BLUE), ("y1", style.ORANGE)):
         axes.plot(*decimate(distance, samples.numbers[column], style.GROUPS), color=colour,
                   linewidth=0.5, label=column[0])
-    axes.set_ylabel("signal")
+    axes.set_ylabel("signal [raw]")
     axes.set_xlim(numpy.nanmin(distance), numpy.nanmax(distance))
 
 

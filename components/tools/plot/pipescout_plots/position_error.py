@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from . import style
 from .csv_table import Table
@@ -13,6 +14,8 @@ from .decimation import decimate, envelope, one_way_pieces
 from .recording import Missing, Recording
 
 _COLUMNS = ["stamp", "odometer_distance", "joint", "distance_into_joint", "chainage"]
+_READABLE = 5
+"""Times that the usual error fits into the axis: of more it would be less than a tenth of the panel, a line."""
 _NO_TRUTH = "ground truth is available in simulated runs only"
 
 
@@ -83,7 +86,7 @@ def _picture(recording: Recording, positions: Table, truth: Table, travelled: nu
              error: numpy.ndarray) -> Figure:
     numbers = positions.numbers
     locked = numbers["locked"] != 0
-    figure = style.figure(2.2)
+    figure = style.figure(2.5)
     axes = figure.subplots()
     band = 2 * numpy.where(locked, numbers["standard_deviation"], numpy.nan)
     certain = numpy.where(locked, error, numpy.nan)
@@ -98,7 +101,15 @@ def _picture(recording: Recording, positions: Table, truth: Table, travelled: nu
     _line(axes, travelled, certain, limit, style.BLUE, "error")
     axes.axhline(0, color=style.BLACK, linewidth=0.4)
     _draw_welds(axes, recording, truth)
-    _draw_events(axes, numbers, travelled, locked, limit)
+    _draw_events(axes, numbers, travelled, locked)
+    linear = linear_part(numpy.concatenate((shown, band)), limit)
+    if linear is not None:
+        axes.set_yscale("symlog", linthresh=linear)
+        ticks = _ticks(linear, limit)
+        axes.set_yticks([-tick for tick in ticks] + [0] + ticks)
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "\N{MINUS SIGN}")))
+        axes.set_title(f"logarithmic beyond ±{linear:g} m", loc="right", fontsize=6, pad=2, color=style.GREY)
+        axes.minorticks_off()
     axes.set_ylim(-limit, limit)
     axes.set_xlim(numpy.nanmin(travelled), numpy.nanmax(travelled))
     axes.set_xlabel("distance travelled [m]")
@@ -106,6 +117,27 @@ def _picture(recording: Recording, positions: Table, truth: Table, travelled: nu
     entries = {label: handle for handle, label in zip(*axes.get_legend_handles_labels())}
     style.legend_above(figure, list(entries.values()), list(entries), 4)
     return figure
+
+
+def linear_part(values: numpy.ndarray, limit: float) -> float | None:
+    """Half the height of the part of the axis that is linear, a power of ten in metres that most of the errors and
+    deviations keep to; none when an axis that is linear as a whole shows them."""
+    usual = numpy.abs(values[numpy.isfinite(values)])
+    if not usual.size:
+        return None
+    linear = float(10.0 ** numpy.ceil(numpy.log10(max(float(numpy.median(usual)), 1e-3))))
+    return linear if linear * _READABLE < limit else None
+
+
+def _ticks(linear: float, limit: float) -> list[float]:
+    """Above 0: half of the linear part and its end, then 2, 5 and 10 times as much, or whole decades of many."""
+    steps = (2, 5, 10) if limit < 10 * linear else (10,)
+    ticks = [linear / 2, linear]
+    decade = linear
+    while decade < limit:
+        ticks += [step * decade for step in steps if step * decade <= limit]
+        decade *= 10
+    return ticks
 
 
 def _line(axes: Axes, x: numpy.ndarray, y: numpy.ndarray, limit: float, colour: str,
@@ -116,10 +148,10 @@ def _line(axes: Axes, x: numpy.ndarray, y: numpy.ndarray, limit: float, colour: 
     if numpy.isfinite(inside).any():
         axes.plot(*decimate(x, inside, style.GROUPS), color=colour, label=label)
     for sign in (-1, 1):
-        edge = numpy.where(beyond & (sign * y > 0), sign * 0.98 * limit, numpy.nan)
+        edge = numpy.where(beyond & (sign * y > 0), sign * limit, numpy.nan)
         if numpy.isfinite(edge).any():
             axes.plot(*decimate(x, edge, style.GROUPS), color=colour, linewidth=1.5,
-                      linestyle=(0, (1, 1)), label="outside the axis")
+                      linestyle=(0, (1, 1)), clip_on=False, label="outside the axis")
 
 
 def _draw_welds(axes: Axes, recording: Recording, truth: Table) -> None:
@@ -134,11 +166,11 @@ def _draw_welds(axes: Axes, recording: Recording, truth: Table) -> None:
 
 
 def _draw_events(axes: Axes, numbers: dict[str, numpy.ndarray], travelled: numpy.ndarray,
-                 locked: numpy.ndarray, limit: float) -> None:
+                 locked: numpy.ndarray) -> None:
     if locked.any():
         place = travelled[int(numpy.argmax(locked))]
         axes.axvline(place, color=style.GREEN, linewidth=0.8, linestyle=(0, (4, 2)))
-        axes.annotate(f"locked from {place:.1f} m", (place, 0.96 * limit), (3, 0),
+        axes.annotate(f"locked from {place:.1f} m", (place, 1), (3, -7), xycoords=axes.get_xaxis_transform(),
                       textcoords="offset points", va="top", color=style.GREEN)
     for column, marker, colour, label in (
             ("double_slip_detected", "v", style.VERMILLION, "double slip"),
@@ -146,5 +178,5 @@ def _draw_events(axes: Axes, numbers: dict[str, numpy.ndarray], travelled: numpy
         flags = numbers[column] != 0
         begins = flags & ~numpy.concatenate(([False], flags[:-1]))
         if begins.any():
-            axes.plot(travelled[begins], numpy.full(begins.sum(), 0.93), marker, color=colour,
+            axes.plot(travelled[begins], numpy.full(begins.sum(), 0.97), marker, color=colour,
                       markersize=4, transform=axes.get_xaxis_transform(), label=label)

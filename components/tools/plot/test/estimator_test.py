@@ -14,7 +14,7 @@ import runs
 from pictures import paths
 from pipescout_plots import style
 from pipescout_plots.command_line import main
-from pipescout_plots.estimator import residuals, sources
+from pipescout_plots.estimator import residuals, sources, trajectory
 from pipescout_plots.estimator.run_data import (Factors, nearest, read_errors, read_estimates, read_sources,
                                                 read_states)
 from pipescout_plots.recording import Missing, Recording
@@ -201,6 +201,45 @@ class Parts(unittest.TestCase):
         held = sources.spans(numpy.array([1.0, 2.0, 3.0, 5.0]),
                              numpy.array(["absent", "trusted", "trusted", "absent"], dtype=object), 9.0)
         self.assertEqual(held, {"absent": [(1.0, 2.0), (5.0, 9.0)], "trusted": [(2.0, 5.0)]})
+
+    def test_of_the_time_without_an_absolute_position_the_tips_are_shown(self):
+        stamps = numpy.arange(0, 1000, 0.1)
+        since = stamps % 0.5
+        since[5000:5200] = numpy.arange(200) * 0.1
+        since[:50] = numpy.nan
+        edges, longest = sources.longest_since(stamps, since, 1000.0)
+        self.assertEqual((edges[0], edges[-1]), (0.0, 1000.0))
+        self.assertEqual(len(longest), len(edges) - 1)
+        self.assertLess(len(longest), 200, "lines of a saw tooth that is finer are a block")
+        self.assertAlmostEqual(numpy.nanmax(longest), 19.9)
+        self.assertAlmostEqual(numpy.nanmedian(longest), 0.4)
+        self.assertAlmostEqual(longest[int(numpy.argmax(edges > 519.9)) - 1], 19.9)
+
+    def test_the_panel_shows_all_fixes_that_were_accepted(self):
+        path = numpy.stack((numpy.arange(10.0), numpy.zeros(10), numpy.zeros(10)), axis=-1)
+        fixes = trajectory.Fixes(numpy.array([[3.0, 25.0], [700.0, 0.0], [numpy.nan, 0.0]]),
+                                 numpy.array(["accepted", "gated", "accepted"], dtype=object))
+        low, high = trajectory.frame(path, numpy.empty((0, 3)), fixes)
+        self.assertGreater(high[1], 25)
+        self.assertLess(high[0], 100, "the path would be a dot")
+        alone, _ = trajectory.frame(path, numpy.empty((0, 3)), None)
+        self.assertLessEqual(alone[0], 0)
+
+    def test_fixes_in_another_frame_are_told(self):
+        style.begin()
+        with tempfile.TemporaryDirectory() as folder:
+            data = runs.run(Path(folder), seconds=30.0)
+            lines = (data / "gps.csv").read_text().splitlines()
+            moved = [line.split(",") for line in lines[1:]]
+            (data / "gps.csv").write_text("\n".join([lines[0], *(
+                ",".join([*cells[:4], str(float(cells[4]) + 500), *cells[5:]]) for cells in moved)]) + "\n")
+            (data / "factors.csv").unlink()
+            recording = Recording(Path(folder), data)
+            figure = trajectory.draw(recording)
+            labels = [text.get_text() for text in figure.legends[0].get_texts()]
+            self.assertTrue(any(label.startswith(f"GPS fix ({len(moved)} of {len(moved)} outside, up to ")
+                                for label in labels), labels)
+            self.assertIn("gps.csv is in another frame than the estimate", "".join(recording.notes))
 
     def test_a_folder_without_factors_has_no_residuals(self):
         style.begin()

@@ -10,6 +10,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import lists
 import numpy
 from missions import START, write_csv
 from pictures import paths
@@ -85,6 +86,14 @@ class NavigationTest(unittest.TestCase):
             file.unlink()
         code, _, err = run("navigation", folder)
         self.assertEqual((code, err), (0, ""))
+
+    def test_leaks_are_drawn_with_their_numbers(self):
+        folder = mission(self.folder)
+        lists.seen_leaks(folder / "leaks")
+        code, _, err = run("navigation", folder)
+        self.assertEqual(code, 0)
+        self.assertLessEqual({"leak found", "1"}, self.texts("plant"))
+        self.assertIn("leaks without a known place are not in the picture from above: 2", err)
 
     def test_a_broken_map_is_named(self):
         folder = mission(self.folder)

@@ -6,7 +6,7 @@ from pathlib import Path
 import missions
 import numpy
 from pipescout_plots.csv_table import read_table
-from pipescout_plots.position_error import position_error
+from pipescout_plots.position_error import linear_part, position_error
 
 COLUMNS = ["stamp", "odometer_distance", "known", "joint", "distance_into_joint", "chainage"]
 
@@ -45,3 +45,14 @@ class PositionError(unittest.TestCase):
     def test_what_is_not_known_has_no_error(self):
         truth = [(0, 0, 4, 1, {}), (2, 2, 4, 3, {})]
         self.assertTrue(numpy.isnan(self.errors([(1, 1, 4, 2, {"known": 0})], truth)[0]))
+
+
+class Axis(unittest.TestCase):
+    def test_a_few_large_errors_leave_the_usual_ones_readable(self):
+        values = numpy.concatenate((numpy.full(350, 0.03), numpy.full(10, 0.6)))
+        self.assertEqual(linear_part(values, 0.78), 0.1)
+
+    def test_errors_of_one_size_need_no_logarithm(self):
+        self.assertIsNone(linear_part(numpy.linspace(0.01, 0.3, 100), 0.39))
+        self.assertIsNone(linear_part(numpy.full(5, numpy.nan), 1.0))
+        self.assertIsNone(linear_part(numpy.zeros(5), 1e-3))

@@ -10,7 +10,7 @@ from . import biases, consistency, errors, residuals, sources, trajectory, uncer
 KINDS = (
     Kind("estimator", "a state estimator", {"estimate.csv": frozenset(), "factors.csv": frozenset(),
                                             "sources.csv": frozenset()}, (
-        Picture("trajectory", "the path from above: estimated and true, with GPS fixes", trajectory.draw),
+        Picture("trajectory", "the path from above: estimated, true if that is known, and the GPS fixes if there are any", trajectory.draw),
         Picture("errors", "how far position and heading were off over time, and how far they say they may be",
                 errors.draw),
         Picture("consistency", "whether the stated uncertainty is right: the line belongs into the band",
