@@ -66,7 +66,7 @@ class Estimator(unittest.TestCase):
             self.assertAlmostEqual(width, 3.5 * 72)
         for name, words in {
                 "trajectory": ("x [m]", "y [m]", "true", "GPS accepted", "GPS gated (12 of 26 outside, up to 6", "2σ"),
-                "errors": ("x [m]", "heading [°]", "±2σ as stated", "time [s]"),
+                "errors": ("x error [m]", "heading error [°]", "±2σ as stated", "time [s]"),
                 "consistency": ("NEES of position", "NEES of pose", "expected: 3", "expected: 6"),
                 "residuals": ("gps: 212 accepted, 26 gated", "zero velocity: 0 accepted, 1 quarantined",
                               "weight below 0.5", "χ² per degree of freedom"),

@@ -76,7 +76,8 @@ class NavigationTest(unittest.TestCase):
         code, out, err = run("navigation", mission(self.folder))
         self.assertEqual((code, err), (0, ""))
         self.assertEqual({path.stem for path in paths(out)}, {"plant", "navigation"})
-        self.assertLessEqual({"graph", "planned", "driven", "unmapped", "seen rarely", "seen sharp", "not sharp",
+        self.assertLessEqual({"route graph", "planned", "driven", "obstacle, not in map", "seen less than 3 times",
+                              "pipe seen sharp", "pipe not sharp",
                               "waited"}, self.texts("plant"))
         self.assertLessEqual({"moving obstacle", "motion blur"}, self.texts("navigation"))
 

@@ -54,7 +54,7 @@ def _texts(figure: Figure, renderer):
             shown += _tick_labels(axes.xaxis, axes.get_xlim()) + _tick_labels(axes.yaxis, axes.get_ylim())
         for text in shown:
             yield from _box(text, renderer)
-    for legend in figure.legends:
+    for legend in [*figure.legends, *(axes.get_legend() for axes in figure.get_axes() if axes.get_legend())]:
         for text in legend.get_texts():
             yield from _box(text, renderer)
     for text in figure.texts:

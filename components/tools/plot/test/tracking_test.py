@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy
 from missions import START, write_csv
 from PIL import Image
-from pictures import paths
+from pictures import paths, unreadable
 from pipescout_plots import style
 from pipescout_plots.command_line import main
 from pipescout_plots.recording import Recording
-from pipescout_plots.tracking import track_data
+from pipescout_plots.tracking import animation, overlay, track_data
 
 PICTURES = {"tracking_errors", "particles", "arm", "tracking"}
 WIDTH, HEIGHT = 80, 60
@@ -96,6 +96,17 @@ class Tracking(unittest.TestCase):
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(["tracking", *map(str, arguments)]), code, err.getvalue())
         return {Path(path).stem: Path(path) for path in paths(out.getvalue())}, err.getvalue()
+
+    def test_all_texts_of_a_frame_of_the_animation_can_be_read(self):
+        style.begin()
+        data = recording(self.mission / "frames")
+        mine = Recording(self.mission, data)
+        pictures = overlay.read_pictures(mine)
+        joints = mine.table("joints.csv", "", ["stamp", "position"], ["joint"])
+        figure = animation.draw_frame(mine, pictures, joints, 1)
+        self.assertEqual(unreadable(figure), [])
+        self.assertEqual([axes.get_xlabel() for axes in figure.get_axes()], ["", "time [s]"])
+        self.assertEqual(len(figure.get_axes()[1].get_legend().get_texts()), 2)
 
     def test_a_mission_gets_its_pictures(self):
         files, err = self.plot(self.mission)

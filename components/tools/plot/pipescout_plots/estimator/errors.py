@@ -25,7 +25,7 @@ def draw(recording: Recording) -> Figure:
     for axes, (name, column) in zip(panels, _PANELS):
         unit, factor = ("°", 180 / numpy.pi) if name == "heading" else ("m", 1.0) if large else ("mm", 1e3)
         draw_error(axes, time, run.times, factor * run.errors[:, column], factor * run.deviations[:, column])
-        axes.set_ylabel(f"{name} [{unit}]")
+        axes.set_ylabel(f"{name} error [{unit}]")
     time.limit(panels[-1])
     panels[-1].set_xlabel(time.label)
     figure.align_ylabels(panels)

@@ -19,6 +19,8 @@ LARGEST_HEIGHT = 5.0
 FROM_ABOVE = (0, 1)
 BESIDE_MAP = 0.15
 """m: what is seen so near a cell of the map is that of the map."""
+PALE_OBSTACLE = "#F2BFA3"
+"""Of vermillion."""
 SEEN_OFTEN = 3
 """Times; what is seen less often moves, is far, or is noise."""
 STANDS = 0.02
@@ -86,7 +88,7 @@ def _draw_graph(axes: Axes, recording: Recording) -> None:
     edges = map_files.find_edges(recording.mission)
     for edge in edges:
         axes.plot(*edge.points.T, color=style.PALE_BLUE, linewidth=0.8, marker=".", markersize=3, zorder=1,
-                  label="graph")
+                  label="route graph")
     try:
         coverage = recording.table("coverage.csv", "no pipe was seen", ["row", "from", "to", "sharp"])
     except Missing:
@@ -97,7 +99,7 @@ def _draw_graph(axes: Axes, recording: Recording) -> None:
         if edge is None or len(edge.points) < 2:
             continue
         rows = coverage.numbers["row"] == row
-        for sharp, colour, label in ((1, style.GREEN, "seen sharp"), (0, style.VERMILLION, "not sharp")):
+        for sharp, colour, label in ((1, style.GREEN, "pipe seen sharp"), (0, style.VERMILLION, "pipe not sharp")):
             mine = rows & (coverage.numbers["sharp"] == sharp)
             ends = [_along(edge.points, coverage.numbers[end][mine]) for end in ("from", "to")]
             gaps = numpy.full_like(ends[0], numpy.nan)
@@ -120,8 +122,8 @@ def _draw_obstacles(axes: Axes, recording: Recording, grid) -> None:
         return
     x, y = table.numbers["x"], table.numbers["y"]
     unknown = ~_is_mapped(grid, x, y)
-    for rows, colour, label in ((unknown & (table.numbers["times"] >= SEEN_OFTEN), style.VERMILLION, "unmapped"),
-                                (unknown & (table.numbers["times"] < SEEN_OFTEN), style.PURPLE, "seen rarely")):
+    for rows, colour, label in ((unknown & (table.numbers["times"] >= SEEN_OFTEN), style.VERMILLION, "obstacle, not in map"),
+                                (unknown & (table.numbers["times"] < SEEN_OFTEN), PALE_OBSTACLE, f"seen less than {SEEN_OFTEN} times")):
         if rows.any():
             axes.plot(x[rows], y[rows], "s", color=colour, markersize=1, linestyle="", zorder=3, label=label)
 

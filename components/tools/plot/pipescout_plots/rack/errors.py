@@ -35,7 +35,7 @@ def draw(recording: Recording) -> Figure:
         axes.set_xlabel(timeline.label)
     for column in grid.T:
         figure.align_ylabels(column)
-    for axes, letter, what in zip(grid[0], "ab", ("position", "orientation")):
+    for axes, letter, what in zip(grid[0], "ab", ("error of the position", "error of the orientation")):
         axes.annotate(f"({letter}) {what}", (0, 1), (-27, 9), xycoords="axes fraction",
                       textcoords="offset points")
     style.legend_above(figure, *style.unique_legend(*grid.flat), 4)

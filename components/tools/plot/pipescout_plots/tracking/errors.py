@@ -10,7 +10,7 @@ from .. import style
 from ..recording import Recording
 from .track_data import read_errors, read_track, time_of_mission
 
-_PANELS = (("x [px]", 0, 1.0), ("y [px]", 1, 1.0), ("angle [°]", 3, 180 / numpy.pi), ("length [px]", 2, 1.0))
+_PANELS = (("x error [px]", 0, 1.0), ("y error [px]", 1, 1.0), ("angle error [°]", 3, 180 / numpy.pi), ("length error [px]", 2, 1.0))
 _LINES = (("robust mean", style.PALE_GREY, 0.5), ("best particle", style.SKY, 0.5), ("estimate", style.BLUE, 0.8))
 _USUAL = 0.99
 
