@@ -67,6 +67,9 @@ Navigator::~Navigator() {
 
 CallbackReturn Navigator::on_configure() {
   settings_ = declared_.read();
+  for (const std::string& remark : settings_->map_remarks) {
+    logger().warn(remark);
+  }
   base_.emplace(settings_->base, settings_->footprint);
   planner_ = std::make_unique<navigation::GlobalPlanner>(settings_->map, settings_->footprint,
                                                          settings_->planner);

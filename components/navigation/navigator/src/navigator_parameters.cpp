@@ -237,8 +237,12 @@ NavigatorSettings NavigatorParameters::read() const {
                                 " values, not x, y and yaw");
   }
   const std::string graph = graph_file_.get();
-  return {.map = {graph.empty() ? navigation::RouteGraph() : read_route_graph(graph),
-                  read_grid(map_file_.get())},
+  std::vector<std::string> remarks;
+  navigation::HybridMap map{
+      graph.empty() ? navigation::RouteGraph() : read_route_graph(graph, remarks),
+      read_grid(map_file_.get(), remarks)};
+  return {.map = std::move(map),
+          .map_remarks = std::move(remarks),
           .footprint = read_footprint(footprint_.get()),
           .base = base_.read(),
           .planner = planner_.read(),

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -493,6 +494,21 @@ TEST_F(NavigatorTest, ACameraAtOneSideIsDrivenAlongEachEdgeInItsDirection) {
   EXPECT_EQ(tour->outcome->result->rows_passed, 2U);
   EXPECT_NEAR(pose_.x, 5, 0.5);
   EXPECT_LT(std::cos(pose_.heading), -0.9);
+}
+
+TEST_F(NavigatorTest, WhatIsProbablyNotMeantOfTheMapIsSaid) {
+  // One row of pixels of the grey that map savers write for what is unknown.
+  const auto image = folder_.path() / "yard.pgm";
+  std::fstream file(image, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(-600, std::ios::end);
+  file << std::string(600, static_cast<char>(205));
+  file.close();
+  start();
+  const auto logs = harness_.logs();
+  EXPECT_TRUE(std::ranges::any_of(logs, [](const testing::LogEntry& entry) {
+    return entry.severity == LogSeverity::kWarn &&
+           entry.text.find("600 of 180000 pixels have the grey 205") != std::string::npos;
+  }));
 }
 
 TEST_F(NavigatorTest, WrongParametersAreNamed) {

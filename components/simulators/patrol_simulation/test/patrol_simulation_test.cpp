@@ -143,8 +143,10 @@ TEST(PatrolSimulation, InAPlantItWritesTheMapAndAsksForATour) {
   EXPECT_NEAR(leaks.at(0).finding.position.y, 0, 1e-9);
   EXPECT_NEAR(leaks.at(1).finding.position.x, 2, 1e-9);
   EXPECT_NEAR(leaks.at(1).finding.position.y, 6.5, 1e-9);
-  EXPECT_EQ(read_route_graph(folder.path() / "plant.geojson").nodes().size(), 8U);
-  const auto grid = read_grid(folder.path() / "plant.yaml");
+  std::vector<std::string> remarks;
+  EXPECT_EQ(read_route_graph(folder.path() / "plant.geojson", remarks).nodes().size(), 8U);
+  const auto grid = read_grid(folder.path() / "plant.yaml", remarks);
+  EXPECT_THAT(remarks, ::testing::IsEmpty());
   EXPECT_EQ(grid.at(grid.cell_at({5, 0}).value()), navigation::CellState::kOccupied);
 
   ASSERT_TRUE(harness.spin_until(

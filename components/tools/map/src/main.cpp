@@ -30,15 +30,17 @@ struct Arguments {
 };
 
 MapPicture read_map(const Arguments& arguments) {
-  MapPicture picture{read_grid(arguments.grid), std::nullopt, {}};
+  std::vector<std::string> remarks;
+  MapPicture picture{{}, read_grid(arguments.grid, remarks), std::nullopt, {}};
   if (!arguments.graph.empty()) {
     const auto footprint = Footprint::rectangle(arguments.footprint[0], arguments.footprint[1],
                                                 arguments.footprint[2]);
-    navigation::HybridMap map{read_route_graph(arguments.graph), std::move(picture.grid)};
+    navigation::HybridMap map{read_route_graph(arguments.graph, remarks), std::move(picture.grid)};
     picture.problems = check_map(map, footprint);
     picture.graph = std::move(map.graph);
     picture.grid = std::move(map.grid);
   }
+  picture.remarks = std::move(remarks);
   return picture;
 }
 
@@ -54,6 +56,9 @@ std::string share(const MapPicture& picture, navigation::CellState state) {
 
 void print_map(const MapPicture& picture) {
   using navigation::CellState;
+  for (const auto& remark : picture.remarks) {
+    std::cerr << "warning: " << remark << '\n';
+  }
   const auto& grid = picture.grid;
   std::cout << "grid: " << grid.width() << " x " << grid.height() << " cells of "
             << grid.resolution() << " m; free " << share(picture, CellState::kFree) << ", occupied "

@@ -11,6 +11,7 @@ namespace pipescout::map {
 
 /// What is drawn over each other.
 struct MapPicture {
+  std::vector<std::string> remarks;  ///< of the files
   navigation::OccupancyGrid grid;
   std::optional<navigation::RouteGraph> graph;
   std::vector<navigation::MapProblem> problems;

@@ -78,6 +78,17 @@ TEST_F(MapCommand, ShowDrawsGridGraphAndProblems) {
   EXPECT_GT(cv::countNonZero(coloured), 30);
 }
 
+TEST_F(MapCommand, WhatIsProbablyNotMeantIsAWarning) {
+  write_map(false);
+  cv::Mat image = cv::imread(file("map.pgm"), cv::IMREAD_UNCHANGED);
+  image.row(0).setTo(205);
+  ASSERT_TRUE(cv::imwrite(file("map.pgm"), image));
+  const auto done = run({"check", file("map.yaml")});
+  EXPECT_EQ(done.code(), 0) << done.err;
+  EXPECT_THAT(done.err,
+              AllOf(HasSubstr("warning: "), HasSubstr("200 of 20000 pixels have the grey 205")));
+}
+
 TEST_F(MapCommand, ErrorsNameTheFile) {
   write_map(false);
   const auto missing = run({"check", file("other.yaml")});

@@ -29,11 +29,26 @@ Ids sorted_ids(const Items& items) {
   return ids;
 }
 
-void check_unique(const Ids& ids, std::string_view what) {
+void check_nodes_unique(const Ids& ids) {
   const auto twice = std::adjacent_find(
       ids.begin(), ids.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
   if (twice != ids.end()) {
-    validation::refuse(what, " ", twice->first, ": its id occurs twice");
+    validation::refuse("node ", twice->first, ": its id occurs twice");
+  }
+}
+
+/// Edges of one id that run between the same places are one road; others are a mistake.
+void check_edges_unique(const Ids& ids, const std::vector<RouteEdge>& edges,
+                        const std::vector<RouteNode>& nodes) {
+  for (std::size_t k = 1; k < ids.size(); ++k) {
+    const RouteEdge& one = edges[ids[k - 1].second];
+    const RouteEdge& other = edges[ids[k].second];
+    if (one.id == other.id && (nodes[one.from].position != nodes[other.from].position ||
+                               nodes[one.to].position != nodes[other.to].position)) {
+      validation::refuse("edge ", one.id, ": two edges have this id, from node ",
+                         nodes[one.from].id, " to node ", nodes[one.to].id, " and from node ",
+                         nodes[other.from].id, " to node ", nodes[other.to].id);
+    }
   }
 }
 
@@ -96,7 +111,7 @@ double line_length(const RouteEdge& edge, const std::vector<RouteNode>& nodes) {
 RouteGraph::RouteGraph(std::vector<RouteNode> nodes, std::vector<RouteEdge> edges)
     : nodes_(std::move(nodes)), edges_(std::move(edges)) {
   node_ids_ = sorted_ids(nodes_);
-  check_unique(node_ids_, "node");
+  check_nodes_unique(node_ids_);
   edge_ids_ = sorted_ids(edges_);
   for (const RouteNode& node : nodes_) {
     if (!is_point(node.position)) {
@@ -114,6 +129,7 @@ RouteGraph::RouteGraph(std::vector<RouteNode> nodes, std::vector<RouteEdge> edge
     lengths_.push_back(line_length(edge, nodes_));
     ++first_[edge.from + 1];
   }
+  check_edges_unique(edge_ids_, edges_, nodes_);
   for (std::size_t i = 1; i < first_.size(); ++i) {
     first_[i] += first_[i - 1];
   }

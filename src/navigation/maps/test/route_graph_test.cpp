@@ -42,11 +42,13 @@ TEST(RouteGraph, FindsWhatItHolds) {
   EXPECT_EQ(RouteGraph().nearest_node({0, 0}), std::nullopt);
 }
 
-TEST(RouteGraph, AnIdOfTwoEdgesNamesNone) {
-  const RouteGraph graph(three_nodes(),
-                         {{.id = 1, .from = 0, .to = 1}, {.id = 1, .from = 1, .to = 0}});
+TEST(RouteGraph, EdgesOfOneIdAreOneRoadOrAMistake) {
+  auto nodes = three_nodes();
+  EXPECT_EQ(error_of(nodes, {{.id = 1, .from = 0, .to = 1}, {.id = 1, .from = 1, .to = 0}}),
+            "edge 1: two edges have this id, from node 10 to node 20 and from node 20 to node 10");
+  nodes.push_back({.id = 40, .position = nodes[1].position});
+  const RouteGraph graph(nodes, {{.id = 1, .from = 0, .to = 1}, {.id = 1, .from = 0, .to = 3}});
   EXPECT_EQ(graph.edge_of_id(1), std::nullopt);
-  EXPECT_EQ(graph.opposite(0), 1U);
 }
 
 TEST(RouteGraph, NamesWhatIsWrong) {

@@ -3,10 +3,12 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <vector>
 
+#include "grid_image.hpp"
 #include "map_text.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/files/yaml_location.hpp"
@@ -19,84 +21,10 @@ using navigation::CellState;
 using navigation::GridGeometry;
 using navigation::OccupancyGrid;
 
-constexpr double kWhite = 255;
 constexpr double kOccupiedThreshold = 0.65;  // what map_saver writes
 constexpr double kFreeThreshold = 0.25;
 constexpr double kOldFreeThreshold = 0.196;  // of ROS 1, which wrote what is unknown as 205
 constexpr double kPercent = 100;
-
-struct Image {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> pixels;  ///< top row first, 0 to 255
-};
-
-class PgmReader {
- public:
-  PgmReader(std::string_view text, std::string path) : text_(text), path_(std::move(path)) {}
-
-  Image read() {
-    constexpr int kLargestSide = 100'000;
-    constexpr std::size_t kMostPixels = 1'000'000'000;
-    const std::string_view magic = text_.substr(0, 2);
-    if (magic != "P5" && magic != "P2") {
-      fail("it is no PGM image (P5 or P2)");
-    }
-    at_ = 2;
-    Image image;
-    image.width = number("width", 1, kLargestSide);
-    image.height = number("height", 1, kLargestSide);
-    const int white = number("largest value", 1, static_cast<int>(kWhite));
-    const auto count =
-        static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-    if (count > kMostPixels) {
-      fail("it has more than 1e9 pixels");
-    }
-    ++at_;  // one white space
-    if (magic == "P5" && text_.size() < at_ + count) {
-      fail("it is truncated: " + std::to_string(count) + " pixels expected, " +
-           std::to_string(text_.size() - std::min(at_, text_.size())) + " found");
-    }
-    image.pixels.reserve(std::min(count, text_.size()));
-    for (std::size_t i = 0; i < count; ++i) {
-      const int value =
-          magic == "P5" ? static_cast<std::uint8_t>(text_[at_ + i]) : number("pixel", 0, white);
-      if (value > white) {
-        fail("pixel " + std::to_string(i) + " is " + std::to_string(value) + ", above " +
-             std::to_string(white));
-      }
-      image.pixels.push_back(static_cast<std::uint8_t>(std::lround(value * kWhite / white)));
-    }
-    return image;
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& message) const {
-    throw MapFileError(path_ + ": " + message);
-  }
-
-  int number(const std::string& what, int low, int high) {
-    while (at_ < text_.size() && (is_space(text_[at_]) || text_[at_] == '#')) {
-      at_ = text_[at_] == '#' ? std::min(text_.find('\n', at_), text_.size()) : at_ + 1;
-    }
-    int value = 0;
-    const char* end = text_.data() + text_.size();
-    const auto [stop, error] =
-        std::from_chars(text_.data() + std::min(at_, text_.size()), end, value);
-    if (error != std::errc() || value < low || value > high) {
-      fail(what + " is missing or outside [" + std::to_string(low) + ", " + std::to_string(high) +
-           "]");
-    }
-    at_ = static_cast<std::size_t>(stop - text_.data());
-    return value;
-  }
-
-  static bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
-  std::string_view text_;
-  std::string path_;
-  std::size_t at_ = 0;
-};
 
 struct Description {
   std::string image;
@@ -144,6 +72,9 @@ class DescriptionReader {
 
   [[noreturn]] void fail_at(const std::string& key, const std::string& message) const {
     fail(root_[key], message);
+  }
+  [[nodiscard]] std::string location_of(const std::string& key) const {
+    return location(path_, root_[key].Mark());
   }
 
  private:
@@ -203,32 +134,79 @@ class DescriptionReader {
   YAML::Node root_;
 };
 
-CellState state_of(std::uint8_t pixel, const Description& description) {
-  double occupied = (description.negate ? pixel : kWhite - pixel) / kWhite;
-  if (description.mode == GridMode::kRaw) {
-    if (pixel > kPercent) {
+/// Shade of a pixel to occupancy, as map_server does it.
+class Classifier {
+ public:
+  Classifier(const GridImage& image, const Description& description)
+      : image_(image), description_(description) {}
+
+  [[nodiscard]] CellState state(std::size_t pixel) const {
+    const std::uint32_t shade = image_.shades[pixel];
+    const double white = image_.white;
+    if (description_.mode == GridMode::kRaw) {
+      constexpr double kLargestByte = 255;
+      const double percent = std::round(shade * kLargestByte / white);
+      return percent > kPercent ? CellState::kUnknown : state_of(percent / kPercent);
+    }
+    if (description_.mode == GridMode::kScale && !image_.transparent.empty() &&
+        image_.transparent[pixel]) {
       return CellState::kUnknown;
     }
-    occupied = pixel / kPercent;
+    return state_of((description_.negate ? shade : image_.white - shade) / white);
   }
-  if (occupied > description.occupied_threshold) {
-    return CellState::kOccupied;
-  }
-  return occupied < description.free_threshold ? CellState::kFree : CellState::kUnknown;
-}
 
-OccupancyGrid grid_of(const Image& image, Description description) {
+  /// Pixels of the grey that stands for "unknown" and that these thresholds take for free.
+  [[nodiscard]] std::size_t unknown_as_free() const {
+    if (description_.mode != GridMode::kTrinary || description_.negate ||
+        state_of(saved_unknown()) != CellState::kFree) {
+      return 0;
+    }
+    return static_cast<std::size_t>(std::ranges::count(image_.shades, image_.saved_unknown));
+  }
+  /// "5000 of 60000 pixels have ..., and are read as free; ..."
+  [[nodiscard]] std::string unknown_as_free_text(std::size_t count) const {
+    constexpr double kThousand = 1000;
+    const double highest = std::floor(saved_unknown() * kThousand) / kThousand;
+    return std::to_string(count) + " of " + std::to_string(image_.shades.size()) +
+           " pixels have the grey 205, which map savers write for what is unknown, and are read as "
+           "free; they are unknown with a free_thresh of " +
+           map_number(highest) +
+           (image_.transparent.empty() ? "" : " (in trinary mode alpha counts as a colour)");
+  }
+
+ private:
+  [[nodiscard]] double saved_unknown() const {
+    return (image_.white - image_.saved_unknown) / static_cast<double>(image_.white);
+  }
+  [[nodiscard]] CellState state_of(double occupied) const {
+    if (occupied > description_.occupied_threshold) {
+      return CellState::kOccupied;
+    }
+    return occupied < description_.free_threshold ? CellState::kFree : CellState::kUnknown;
+  }
+
+  const GridImage& image_;
+  const Description& description_;
+};
+
+OccupancyGrid grid_of(const GridImage& image, Description description) {
   description.geometry.width = image.width;
   description.geometry.height = image.height;
+  const Classifier classifier(image, description);
   std::vector<CellState> cells;
-  cells.reserve(image.pixels.size());
+  cells.reserve(image.shades.size());
   const auto width = static_cast<std::size_t>(image.width);
   for (auto row = static_cast<std::size_t>(image.height); row-- > 0;) {
     for (std::size_t column = 0; column < width; ++column) {
-      cells.push_back(state_of(image.pixels[row * width + column], description));
+      cells.push_back(classifier.state(row * width + column));
     }
   }
   return {description.geometry, std::move(cells)};
+}
+
+GridImage image_of(const std::string& content, const std::filesystem::path& path, GridMode mode) {
+  return decode_grid_image(content, path,
+                           mode == GridMode::kTrinary ? AlphaUse::kAveraged : AlphaUse::kSeparate);
 }
 
 std::uint8_t pixel_of(CellState state, GridMode mode) {
@@ -251,6 +229,7 @@ std::uint8_t pixel_of(CellState state, GridMode mode) {
 }  // namespace
 
 navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
+                                    std::vector<std::string>& remarks,
                                     std::optional<double> resolution) {
   constexpr double kSame = 1e-6;  // m
   const std::string path = yaml.string();
@@ -265,18 +244,30 @@ navigation::OccupancyGrid read_grid(const std::filesystem::path& yaml,
   if (!text) {
     reader.fail_at("image", "image '" + image_path.string() + "' cannot be read");
   }
-  return grid_of(PgmReader(*text, image_path.string()).read(), description);
+  const GridImage image = image_of(*text, image_path, description.mode);
+  const Classifier classifier(image, description);
+  if (const std::size_t count = classifier.unknown_as_free(); count > 0) {
+    remarks.push_back(reader.location_of("free_thresh") + ": " +
+                      classifier.unknown_as_free_text(count));
+  }
+  return grid_of(image, description);
 }
 
-navigation::OccupancyGrid read_grid_image(const std::filesystem::path& image, double resolution) {
-  const std::optional<std::string> text = map_text_of(image);
+navigation::OccupancyGrid read_grid_image(const std::filesystem::path& path, double resolution) {
+  const std::optional<std::string> text = map_text_of(path);
   if (!text) {
-    throw MapFileError(image.string() + ": it cannot be read");
+    throw MapFileError(path.string() + ": it cannot be read");
   }
   Description description;
   description.geometry.resolution = resolution;
   description.free_threshold = kOldFreeThreshold;
-  return grid_of(PgmReader(*text, image.string()).read(), description);
+  const GridImage image = image_of(*text, path, description.mode);
+  const Classifier classifier(image, description);
+  if (const std::size_t count = classifier.unknown_as_free(); count > 0) {
+    throw MapFileError(path.string() + ": " + classifier.unknown_as_free_text(count) +
+                       ": write a YAML file for it");
+  }
+  return grid_of(image, description);
 }
 
 void write_grid(const std::filesystem::path& yaml, const navigation::OccupancyGrid& grid,

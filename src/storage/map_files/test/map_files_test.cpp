@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <vector>
 
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/files/whole_file.hpp"
@@ -16,6 +20,9 @@ namespace {
 
 using navigation::CellState;
 using navigation::OccupancyGrid;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 std::string error_of(const std::function<void()>& call) {
   try {
@@ -28,6 +35,8 @@ std::string error_of(const std::function<void()>& call) {
 
 class MapFiles : public ::testing::Test {
  protected:
+  std::vector<std::string> remarks_;
+
   [[nodiscard]] std::filesystem::path file(const std::string& name) const {
     return folder_.path() / name;
   }
@@ -66,14 +75,14 @@ TEST_F(MapFiles, GridsOfAllModesComeBack) {
   grid.set({2, 1}, CellState::kFree);
   for (const GridMode mode : {GridMode::kTrinary, GridMode::kScale, GridMode::kRaw}) {
     write_grid(file("map.yaml"), grid, mode);
-    EXPECT_EQ(read_grid(file("map.yaml")), grid);
+    EXPECT_EQ(read_grid(file("map.yaml"), remarks_), grid);
   }
 }
 
 TEST_F(MapFiles, TheLastRowOfTheImageIsTheFirstOfTheGrid) {
   write("map.yaml", kYaml);
   write("map.pgm", "P2 # made by hand\n2 2\n255\n0 254\n128 254\n");
-  const OccupancyGrid grid = read_grid(file("map.yaml"));
+  const OccupancyGrid grid = read_grid(file("map.yaml"), remarks_);
   EXPECT_EQ(grid.at({0, 1}), CellState::kOccupied);
   EXPECT_EQ(grid.at({0, 0}), CellState::kUnknown);
   EXPECT_EQ(grid.at({1, 0}), CellState::kFree);
@@ -85,7 +94,7 @@ TEST_F(MapFiles, GridErrorsNameTheField) {
     std::string text = kYaml;
     text.replace(text.find(from), from.size(), to);
     write("map.yaml", text);
-    return [this] { (void)read_grid(file("map.yaml")); };
+    return [this] { (void)read_grid(file("map.yaml"), remarks_); };
   };
   expect_error(with("map.pgm", "missing.pgm"), "missing.pgm' cannot be read");
   write("map.pgm", "P5\n2 2\n255\nabc");
@@ -98,9 +107,114 @@ TEST_F(MapFiles, GridErrorsNameTheField) {
   expect_error(with("origin", "origins"), "key 'origin' is missing");
   expect_error(with("negate: 0", "negate: 0\nmode: ternary"), "mode must be");
   write("map.yaml", kYaml);
-  expect_error([&] { (void)read_grid(file("map.yaml"), 0.1); },
+  expect_error([&] { (void)read_grid(file("map.yaml"), remarks_, 0.1); },
                "resolution is 0.5 m; it must be 0.1 m here");
-  expect_error([&] { (void)read_grid(file("none.yaml")); }, "none.yaml");
+  expect_error([&] { (void)read_grid(file("none.yaml"), remarks_); }, "none.yaml");
+}
+
+/// An image of one row, as OpenCV writes it by the name.
+void write_image(const std::filesystem::path& path, int type, const std::vector<cv::Scalar>& row) {
+  cv::Mat image(1, static_cast<int>(row.size()), type);
+  for (int k = 0; k < image.cols; ++k) {
+    image.col(k).setTo(row[static_cast<std::size_t>(k)]);
+  }
+  ASSERT_TRUE(cv::imwrite(path.string(), image));
+}
+
+std::string yaml_of(const std::string& image, const std::string& more = "") {
+  std::string text = kYaml;
+  text.replace(text.find("map.pgm"), 7, image);
+  return text + more;
+}
+
+std::vector<CellState> row_of(const OccupancyGrid& grid) {
+  std::vector<CellState> cells;
+  for (int k = 0; k < grid.width(); ++k) {
+    cells.push_back(grid.at({k, 0}));
+  }
+  return cells;
+}
+
+constexpr CellState kFree = CellState::kFree;
+constexpr CellState kOccupied = CellState::kOccupied;
+constexpr CellState kUnknown = CellState::kUnknown;
+
+TEST_F(MapFiles, ImagesOfOtherKindsAreTheSameGrid) {
+  const auto grey = [](double v) { return cv::Scalar(v, v, v); };
+  write_image(file("map.png"), CV_8UC1, {grey(0), grey(254), grey(128)});
+  write_image(file("map.bmp"), CV_8UC3, {grey(0), grey(254), grey(128)});
+  write_image(file("deep.png"), CV_16UC1, {grey(0), grey(65000), grey(32768)});
+  for (const char* image : {"map.png", "map.bmp", "deep.png"}) {
+    write("map.yaml", yaml_of(image));
+    EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+                ElementsAre(kOccupied, kFree, kUnknown))
+        << image;
+  }
+  EXPECT_THAT(remarks_, IsEmpty());
+}
+
+TEST_F(MapFiles, AlphaIsTakenAsNav2TakesIt) {
+  // Black and white, opaque and transparent.
+  write_image(file("map.png"), CV_8UC4,
+              {{0, 0, 0, 255}, {255, 255, 255, 255}, {0, 0, 0, 0}, {255, 255, 255, 0}});
+  write("map.yaml", yaml_of("map.png"));
+  // The mean with alpha: 64, 255, 0 and 191 of 255, so 0.75, 0, 1 and 0.25 occupied.
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+              ElementsAre(kOccupied, kFree, kOccupied, kUnknown));
+  write("map.yaml", yaml_of("map.png", "mode: scale\n"));
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+              ElementsAre(kOccupied, kFree, kUnknown, kUnknown));
+  write("map.yaml", yaml_of("map.png", "mode: raw\n"));
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+              ElementsAre(kFree, kUnknown, kFree, kUnknown));
+}
+
+TEST_F(MapFiles, WhatWasSavedAsUnknownAndIsReadAsFreeIsRemarked) {
+  write("map.yaml", kYaml);
+  write("map.pgm", "P2\n4 1\n255\n0 254 205 205\n");
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+              ElementsAre(kOccupied, kFree, kFree, kFree));
+  EXPECT_THAT(remarks_, ElementsAre(::testing::AllOf(
+                            HasSubstr("map.yaml:6:14: 2 of 4 pixels have the grey 205"),
+                            HasSubstr("with a free_thresh of 0.196"))));
+  // As it says, and without such pixels nothing is said.
+  remarks_.clear();
+  std::string text = kYaml;
+  text.replace(text.find("0.25"), 4, "0.196");
+  write("map.yaml", text);
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)),
+              ElementsAre(kOccupied, kFree, kUnknown, kUnknown));
+  write("map.yaml", kYaml);
+  write("map.pgm", "P2\n2 1\n255\n0 254\n");
+  (void)read_grid(file("map.yaml"), remarks_);
+  EXPECT_THAT(remarks_, IsEmpty());
+}
+
+TEST_F(MapFiles, AnOpaqueAlphaMakesUnknownFree) {
+  write_image(file("map.png"), CV_8UC4, {{205, 205, 205, 255}, {0, 0, 0, 255}});
+  std::string text = yaml_of("map.png");
+  text.replace(text.find("0.25"), 4, "0.196");
+  write("map.yaml", text);
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)), ElementsAre(kFree, kOccupied));
+  EXPECT_THAT(remarks_, ElementsAre(HasSubstr("with a free_thresh of 0.147")));
+  text.replace(text.find("0.196"), 5, "0.147");
+  write("map.yaml", text);
+  EXPECT_THAT(row_of(read_grid(file("map.yaml"), remarks_)), ElementsAre(kUnknown, kOccupied));
+  expect_error([&] { (void)read_grid_image(file("map.png"), 0.1); }, "map.png: 1 of 2 pixels");
+}
+
+TEST_F(MapFiles, ImagesThatCannotBeReadAreNamed) {
+  write("map.yaml", yaml_of("map.png"));
+  const auto read = [&] { (void)read_grid(file("map.yaml"), remarks_); };
+  write("map.png", "");
+  expect_error(read, "map.png: it is no image");
+  write("map.png", "no image");
+  expect_error(read, "map.png: it is no image");
+  write_image(file("whole.png"), CV_8UC1, std::vector<cv::Scalar>(1000, cv::Scalar(7)));
+  std::filesystem::copy_file(file("whole.png"), file("map.png"),
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::resize_file(file("map.png"), std::filesystem::file_size(file("map.png")) / 2);
+  expect_error(read, "map.png: ");
 }
 
 TEST_F(MapFiles, GraphsComeBack) {
@@ -118,7 +232,7 @@ TEST_F(MapFiles, GraphsComeBack) {
         .line = {{1, 2}, {3, 3}, {5.5, 2}}},
        {.id = 11, .from = 1, .to = 0, .closed_until = 12}});
   write_route_graph(file("graph.geojson"), graph);
-  const navigation::RouteGraph read = read_route_graph(file("graph.geojson"));
+  const navigation::RouteGraph read = read_route_graph(file("graph.geojson"), remarks_);
   ASSERT_EQ(read.edges().size(), 2U);
   EXPECT_EQ(read.nodes()[1].id, 9);
   EXPECT_EQ(read.edges()[0].line, graph.edges()[0].line);
@@ -140,7 +254,7 @@ TEST_F(MapFiles, GraphErrorsNameTheFeature) {
              {"properties": {)" +
             properties +
             R"(}, "geometry": {"type": "LineString", "coordinates": [[0, 0], [1, 0]]}}]})");
-    return [this] { (void)read_route_graph(file("g.geojson")); };
+    return [this] { (void)read_route_graph(file("g.geojson"), remarks_); };
   };
   expect_error(edge(R"("id": 5, "startid": 1, "endid": 3)"),
                "edge 5: endid is 3; no such node is there");
@@ -149,9 +263,70 @@ TEST_F(MapFiles, GraphErrorsNameTheFeature) {
   expect_error(edge(R"("id": 5, "startid": 1, "endid": 2, "metadata": {"pipe_side": "up"})"),
                "edge 5: pipe_side must be");
   write("g.geojson", "{");
-  expect_error([&] { (void)read_route_graph(file("g.geojson")); }, "parse error");
+  expect_error([&] { (void)read_route_graph(file("g.geojson"), remarks_); }, "parse error");
   write("g.geojson", R"({"features": []})");
-  EXPECT_TRUE(read_route_graph(file("g.geojson")).nodes().empty());
+  EXPECT_TRUE(read_route_graph(file("g.geojson"), remarks_).nodes().empty());
+}
+
+/// Two nodes at (0, 0) and (4, 0), a third on the second, and edges.
+std::string graph_of(const std::string& edges) {
+  return R"({"type": "FeatureCollection", "features": [
+    {"properties": {"id": 1}, "geometry": {"type": "Point", "coordinates": [0, 0]}},
+    {"properties": {"id": 2, "operations": {"stop": {"type": "stop", "trigger": "NODE"}}},
+     "geometry": {"type": "Point", "coordinates": [4, 0]}},
+    {"properties": {"id": 3}, "geometry": {"type": "Point", "coordinates": [4, 0]}},)" +
+         edges + "]}";
+}
+
+std::string edge_of(const std::string& properties, const std::string& geometry) {
+  return R"({"properties": {)" + properties + R"(}, "geometry": {)" + geometry + "}}";
+}
+
+TEST_F(MapFiles, GraphsAsNav2WritesThem) {
+  // Its saver writes no coordinates, a cost of 0 that may be overridden, and operations by name.
+  write(
+      "g.geojson",
+      graph_of(
+          edge_of(R"("id": 5, "startid": 1, "endid": 2, "cost": 0.0, "overridable": true,
+                         "metadata": {"abs_speed_limit": 0.85, "aisle": 14, "speed_limit": 80},
+                         "operations": {"door": {"type": "open_door", "trigger": "ON_ENTER"}})",
+                  R"("type": "MultiLineString")") +
+          "," +
+          edge_of(R"("id": 6, "startid": 2, "endid": 1, "cost": 7, "overridable": false)",
+                  R"("type": "LineString", "coordinates": [[[4, 0], [2, 1]], [[2, 1], [0, 0]]])") +
+          "," +
+          edge_of(R"("id": 7, "startid": 2, "endid": 2)",
+                  R"("type": "LineString", "coordinates": [[4, 0], [0, 0], [4, 0]])") +
+          "," +
+          edge_of(R"("id": 6, "startid": 3, "endid": 1, "cost": 3, "overridable": true)",
+                  R"("type": "MultiLineString", "coordinates": [[[4, 0], [0, 0]]])")));
+  const auto graph = read_route_graph(file("g.geojson"), remarks_);
+  ASSERT_EQ(graph.edges().size(), 3U);
+  EXPECT_EQ(graph.edges()[0].cost, std::nullopt);
+  EXPECT_EQ(graph.edges()[0].speed, 0.85);
+  EXPECT_DOUBLE_EQ(graph.length(0), 4);
+  EXPECT_EQ(graph.edges()[1].cost, 7);
+  EXPECT_EQ(graph.edges()[1].line, (std::vector<navigation::Point2d>{{4, 0}, {2, 1}, {0, 0}}));
+  EXPECT_THAT(
+      remarks_,
+      ElementsAre(HasSubstr("g.geojson: not used of the edges' metadata, with the number of "
+                            "edges: aisle (1), speed_limit (1)"),
+                  HasSubstr("give abs_speed_limit in m/s"),
+                  HasSubstr("not carried out, with their number: open_door (1), stop (1)"),
+                  HasSubstr("edges from a node to itself are left out: 7 (1)"),
+                  HasSubstr("ids of several edges between the same places: 6 (2)"),
+                  HasSubstr("the cost of 1 edges does not count, since overridable is true")));
+}
+
+TEST_F(MapFiles, EdgesOfOneIdBetweenDifferentPlacesAreRefused) {
+  write("g.geojson", graph_of(edge_of(R"("id": 5, "startid": 1, "endid": 2)",
+                                      R"("type": "LineString", "coordinates": [[0, 0], [4, 0]])") +
+                              "," +
+                              edge_of(R"("id": 5, "startid": 2, "endid": 1)",
+                                      R"("type": "LineString", "coordinates": [[4, 0], [0, 0]])")));
+  expect_error([&] { (void)read_route_graph(file("g.geojson"), remarks_); },
+               "g.geojson: edge 5: two edges have this id, from node 1 to node 2 and from node 2 "
+               "to node 1");
 }
 
 TEST_F(MapFiles, LatticesComeBack) {

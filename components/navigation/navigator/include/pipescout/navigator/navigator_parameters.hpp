@@ -15,6 +15,7 @@ namespace pipescout {
 /// Configuration of the component.
 struct NavigatorSettings {
   navigation::HybridMap map;
+  std::vector<std::string> map_remarks;  ///< of read_grid and read_route_graph
   navigation::Footprint footprint;
   navigation::MoveBaseParameters base;
   navigation::GlobalPlannerParameters planner;

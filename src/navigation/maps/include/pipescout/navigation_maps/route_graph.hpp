@@ -24,7 +24,7 @@ struct RouteNode {
 /// A way that can be driven from one node to another, and in no other direction: a road in both
 /// directions is two edges.
 struct RouteEdge {
-  std::int64_t id = 0;     ///< of the file; Nav2's own graphs have some twice
+  std::int64_t id = 0;     ///< of the file; see RouteGraph
   std::uint32_t from = 0;  ///< position of the node in RouteGraph::nodes()
   std::uint32_t to = 0;
   std::optional<double> cost;   ///< as the file gives it, at least 0; without: the length
@@ -40,9 +40,10 @@ struct RouteEdge {
 class RouteGraph {
  public:
   RouteGraph() = default;
-  /// Throws std::invalid_argument naming the node or edge by its id: nodes of one id, ends that are
-  /// not there, an edge from a node to itself, frames that differ, values outside their ranges,
-  /// coordinates that are not finite.
+  /// Throws std::invalid_argument naming the node or edge by its id: nodes of one id, edges of one
+  /// id between different places, ends that are not there, an edge from a node to itself, frames
+  /// that differ, values outside their ranges, coordinates that are not finite. Edges of one id
+  /// between the same places are allowed: Nav2's depot has them, where two nodes lie on each other.
   RouteGraph(std::vector<RouteNode> nodes, std::vector<RouteEdge> edges);
 
   [[nodiscard]] const std::vector<RouteNode>& nodes() const { return nodes_; }
