@@ -248,6 +248,10 @@ class Replay {
       if (!is_clock && (!wanted.contains(topic.name) || own.contains(topic.name))) {
         continue;
       }
+      if (topic.serialization_format != "cdr") {
+        throw StartError(replay_.bag + ": topic " + topic.name + ": its messages are '" +
+                         topic.serialization_format + "', not cdr");
+      }
       QoS qos = offer_for(qos_profiles_from_yaml(topic.offered_qos_profiles));
       // Nothing is lost here, and nobody hears of deadlines and leases of another time.
       qos = {.depth = qos.depth, .durability = qos.durability};

@@ -398,7 +398,13 @@ Recording read_bag(const std::filesystem::path& bag,
   std::vector<Topic> topics;
   for (const bags::BagTopic& each : reader.topics()) {
     Topic topic{.of = each};
-    topic.type = each.serialization_format == "cdr" ? find_message_type(each.type) : nullptr;
+    if (each.serialization_format != "cdr") {
+      recording.remarks.push_back(each.name + ": messages in the encoding '" +
+                                  each.serialization_format + "' are not read.");
+      topics.push_back(std::move(topic));
+      continue;
+    }
+    topic.type = find_message_type(each.type);
     // The same fields as in tf2_msgs.
     const bool old_transforms = each.type == "tf/msg/tfMessage";
     topic.transforms = (each.type == "tf2_msgs/msg/TFMessage" || old_transforms) &&

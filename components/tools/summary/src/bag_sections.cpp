@@ -53,7 +53,10 @@ MissionSection topics_section(const std::deque<Topic>& topics, std::int64_t firs
     messages += topic.times.messages();
     with_messages += topic.times.messages() > 0 ? 1 : 0;
     if (topic.type == nullptr) {
-      unknown.push_back(topic.times.topic().type);
+      const bags::BagTopic& of = topic.times.topic();
+      unknown.push_back(of.serialization_format == "cdr"
+                            ? of.type
+                            : of.type + " in the encoding " + of.serialization_format);
     }
     for (std::string& remark : topic.times.remarks()) {
       remarks.push_back(std::move(remark));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pipescout/bags/bag_error.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::bags {
@@ -109,7 +110,7 @@ BagMetadata metadata_of(const Reading& reading, const YAML::Node& document) {
   const auto identifier = reading.value<std::string>(node, "storage_identifier");
   if (const auto storage = storage_of(identifier)) {
     metadata.storage = *storage;
-  } else {
+  } else if (!identifier.empty()) {
     reading.unsupported(node["storage_identifier"],
                         "storage_identifier: '" + identifier + "' is not known");
   }
@@ -124,6 +125,17 @@ BagMetadata metadata_of(const Reading& reading, const YAML::Node& document) {
   metadata.compression = compression_of(reading, node);
   for (const YAML::Node& each : reading.sequence(node, "relative_file_paths")) {
     metadata.files.push_back({.path = each.as<std::string>("")});
+  }
+  if (identifier.empty()) {
+    // As `ros2 bag reindex` of Humble leaves it: the files tell (rosbag2, issue 2175).
+    const auto storage =
+        metadata.files.empty() ? std::nullopt : storage_by_name(metadata.files.front().path);
+    if (!storage) {
+      reading.unsupported(node["storage_identifier"],
+                          "storage_identifier: is empty, and no file is named from which it "
+                          "could be known");
+    }
+    metadata.storage = *storage;
   }
   if (node["files"] && node["files"].IsSequence()) {
     std::size_t k = 0;

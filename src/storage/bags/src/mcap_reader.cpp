@@ -3,11 +3,13 @@
 #include <limits>
 #include <memory>
 #include <queue>
+#include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
 #include "file_access.hpp"
 #include "mcap_index.hpp"
+#include "ros1_message.hpp"
 #include "storage_file.hpp"
 
 namespace pipescout::bags {
@@ -60,6 +62,8 @@ class McapReader : public FileReader {
         topic.type_description_hash = hash->second;
       }
       topics_.emplace(id, static_cast<TopicIndex>(content_.topics.size()));
+      converters_.push_back(channel.message_encoding == "ros1" ? take_ros1(topic, channel)
+                                                               : nullptr);
       content_.topics.push_back(std::move(topic));
       const auto count = index_.counts.find(id);
       content_.counts.push_back(count == index_.counts.end() ? 0 : count->second);
@@ -126,15 +130,25 @@ class McapReader : public FileReader {
       active_.pop();
       const Source::Entry& entry = last_->entries[last_->next];
       const auto record = read_message(content_of(*last_, entry));
-      if (record) {
-        message = {.topic = topics_.at(record->channel),
-                   .log_time = signed_time(record->log_time),
-                   .publish_time = signed_time(record->publish_time),
-                   .data = record->data};
-        return true;
+      if (!record) {
+        add_fault(BagError(BagFault::kIncomplete, file_.path(), entry.offset, "message",
+                           "has become shorter while it was read"));
+        continue;
       }
-      add_fault(BagError(BagFault::kIncomplete, file_.path(), entry.offset, "message",
-                         "has become shorter while it was read"));
+      message = {.topic = topics_.at(record->channel),
+                 .log_time = signed_time(record->log_time),
+                 .publish_time = signed_time(record->publish_time),
+                 .data = record->data};
+      if (const Ros1Message* converter = converters_[message.topic].get(); converter != nullptr) {
+        if (!converter->to_cdr(record->data, cdr_)) {
+          add_fault(BagError(BagFault::kMalformed, file_.path(), last_->place,
+                             content_.topics[message.topic].name,
+                             "a message does not fit its definition"));
+          continue;
+        }
+        message.data = cdr_;
+      }
+      return true;
     }
   }
 
@@ -148,6 +162,29 @@ class McapReader : public FileReader {
       return std::pair(log_time, place) > std::pair(other.log_time, other.place);
     }
   };
+
+  /// Turns a topic of ROS 1 into one of ROS 2; none, with a fault, where that cannot be: the topic
+  /// keeps its encoding then.
+  std::unique_ptr<Ros1Message> take_ros1(BagTopic& topic, const Channel& channel) {
+    const std::string where = "channel of " + channel.topic + ": its messages are of ROS 1, and ";
+    if (topic.schema_encoding != "ros1msg") {
+      add_fault(
+          BagError(BagFault::kUnsupported, file_.path(),
+                   where + "their definition is '" + topic.schema_encoding + "', not ros1msg"));
+      return nullptr;
+    }
+    try {
+      auto converter = std::make_unique<Ros1Message>(topic.type, topic.schema_text);
+      const auto latching = channel.metadata.find("latching");
+      topic = ros2_topic(topic.name, topic.type, *converter,
+                         latching != channel.metadata.end() && latching->second == "1");
+      return converter;
+    } catch (const std::invalid_argument& error) {
+      add_fault(BagError(BagFault::kUnsupported, file_.path(),
+                         where + "their definition cannot be used: " + error.what()));
+      return nullptr;
+    }
+  }
 
   [[nodiscard]] bool is_wanted(std::uint16_t channel) const {
     const auto topic = topics_.find(channel);
@@ -278,6 +315,7 @@ class McapReader : public FileReader {
   FileIndex index_;
   FileContent content_;
   std::unordered_map<std::uint16_t, TopicIndex> topics_;
+  std::vector<std::unique_ptr<Ros1Message>> converters_;  ///< by topic; none: taken as it is
 
   std::vector<bool> wanted_;
   std::uint64_t start_ = 0;
@@ -291,6 +329,7 @@ class McapReader : public FileReader {
   std::unique_ptr<Source> spare_;  ///< kept for its memory
   Bytes raw_;
   Bytes loose_;
+  Bytes cdr_;
 };
 
 }  // namespace

@@ -48,6 +48,13 @@ std::string field_name(std::string_view name) {
   return result;
 }
 
+/// "sensor_msgs/Imu" as "sensor_msgs/msg/Imu".
+std::string ros2_type_name(const std::string& ros1_name) {
+  const std::size_t slash = ros1_name.find('/');
+  return slash == std::string::npos ? ros1_name
+                                    : ros1_name.substr(0, slash) + "/msg" + ros1_name.substr(slash);
+}
+
 void align(Bytes& cdr, std::size_t size) {
   const std::size_t beyond = (cdr.size() - kEncapsulation) % size;
   if (beyond != 0) {
@@ -57,10 +64,20 @@ void align(Bytes& cdr, std::size_t size) {
 
 }  // namespace
 
-std::string ros2_type_name(const std::string& ros1_name) {
-  const std::size_t slash = ros1_name.find('/');
-  return slash == std::string::npos ? ros1_name
-                                    : ros1_name.substr(0, slash) + "/msg" + ros1_name.substr(slash);
+BagTopic ros2_topic(const std::string& name, const std::string& type, const Ros1Message& converter,
+                    bool latched) {
+  BagTopic topic{.name = name,
+                 .type = ros2_type_name(type),
+                 .schema_encoding = "ros2msg",
+                 .schema_text = converter.ros2_definition()};
+  if (latched) {
+    topic.offered_qos_profiles =
+        "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 0\n"
+        "    nsec: 0\n  lifespan:\n    sec: 0\n    nsec: 0\n  liveliness: 1\n"
+        "  liveliness_lease_duration:\n    sec: 0\n    nsec: 0\n"
+        "  avoid_ros_namespace_conventions: false\n";
+  }
+  return topic;
 }
 
 Ros1Message::Ros1Message(const std::string& type, std::string_view definition) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bytes.hpp"
+#include "pipescout/bags/bag_types.hpp"
 
 namespace pipescout::bags {
 
@@ -55,7 +56,8 @@ class Ros1Message {
   bool uses_duration_ = false;
 };
 
-/// "sensor_msgs/Imu" as "sensor_msgs/msg/Imu".
-[[nodiscard]] std::string ros2_type_name(const std::string& ros1_name);
+/// The topic of ROS 2 that a topic of ROS 1 becomes. `type`: "sensor_msgs/Imu".
+[[nodiscard]] BagTopic ros2_topic(const std::string& name, const std::string& type,
+                                  const Ros1Message& converter, bool latched);
 
 }  // namespace pipescout::bags

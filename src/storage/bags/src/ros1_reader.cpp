@@ -224,26 +224,17 @@ class Ros1Reader : public FileReader {
       return;
     }
     const std::string type = text(*details, "type");
-    BagTopic topic{.name = text(record.header, "topic"),
-                   .type = ros2_type_name(type),
-                   .schema_encoding = "ros2msg"};
-    if (text(*details, "latching") == "1") {
-      topic.offered_qos_profiles =
-          "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 0\n"
-          "    nsec: 0\n  lifespan:\n    sec: 0\n    nsec: 0\n  liveliness: 1\n"
-          "  liveliness_lease_duration:\n    sec: 0\n    nsec: 0\n"
-          "  avoid_ros_namespace_conventions: false\n";
-    }
+    const std::string name = text(record.header, "topic");
     try {
-      Ros1Message converter(type, text(*details, "message_definition"));
-      topic.schema_text = converter.ros2_definition();
-      connections_[*connection] = static_cast<TopicIndex>(content_.topics.size());
-      converters_.push_back(std::make_unique<Ros1Message>(std::move(converter)));
-      content_.topics.push_back(std::move(topic));
+      auto converter = std::make_unique<Ros1Message>(type, text(*details, "message_definition"));
+      content_.topics.push_back(
+          ros2_topic(name, type, *converter, text(*details, "latching") == "1"));
+      connections_[*connection] = static_cast<TopicIndex>(converters_.size());
+      converters_.push_back(std::move(converter));
       content_.counts.push_back(0);
     } catch (const std::invalid_argument& error) {
       connections_[*connection] = std::nullopt;
-      fault(BagFault::kUnsupported, place, topic.name.c_str(), error.what());
+      fault(BagFault::kUnsupported, place, name.c_str(), error.what());
     }
   }
 

@@ -3,26 +3,55 @@
 
 #include <sys/resource.h>
 
+#include <cctype>
 #include <cerrno>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "file_access.hpp"
 #include "pipescout/bags/bag_error.hpp"
 
 namespace pipescout::bags {
-bool has_journal(const std::filesystem::path& path) {
+namespace {
+
+/// Endings of the files that SQLite keeps beside a database
+/// (https://www.sqlite.org/tempfiles.html).
+constexpr const char* kJournal = "-journal";
+constexpr const char* kWal = "-wal";
+constexpr const char* kSharedMemory = "-shm";
+
+/// Bytes; none where there is no such file.
+std::optional<std::uintmax_t> size_beside(const std::filesystem::path& path, const char* ending) {
   std::error_code error;
-  for (const char* ending : {"-journal", "-wal"}) {
-    // TRUNCATE leaves an empty one.
-    const auto size = std::filesystem::file_size(path.string() + ending, error);
-    if (!error && size > 0) {
-      return true;
-    }
-  }
-  return false;
+  const auto size = std::filesystem::file_size(path.string() + ending, error);
+  return error ? std::nullopt : std::optional(size);
 }
 
-namespace {
+/// Whether the header says that changes go to a -wal
+/// (https://www.sqlite.org/fileformat2.html#file_format_version_numbers).
+bool asks_for_wal(const std::filesystem::path& path) {
+  constexpr std::uint64_t kReadVersion = 19;
+  constexpr std::byte kWalVersion{2};
+  Bytes version;
+  InputFile(path).read(kReadVersion, 1, version);
+  return !version.empty() && version.front() == kWalVersion;
+}
+
+/// https://www.sqlite.org/uri.html
+std::string uri(const std::filesystem::path& path, const std::string& parameter) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string result = "file://";
+  for (const char c : std::filesystem::absolute(path).string()) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || c == '/' || c == '.' || c == '_' || c == '-') {
+      result += c;
+    } else {
+      result += {'%', kHex[byte >> 4U], kHex[byte & 0xFU]};
+    }
+  }
+  return result + "?" + parameter;
+}
 
 /// Whether the file has reached the largest size that this process may write.
 bool is_at_size_limit(const std::filesystem::path& path) {
@@ -36,15 +65,80 @@ bool is_at_size_limit(const std::filesystem::path& path) {
 
 }  // namespace
 
+bool has_journal(const std::filesystem::path& path) {
+  // TRUNCATE leaves an empty one.
+  return size_beside(path, kJournal).value_or(0) > 0 || size_beside(path, kWal).value_or(0) > 0;
+}
+
 SqliteDatabase::SqliteDatabase(std::filesystem::path path, Mode mode) : path_(std::move(path)) {
-  int flags = SQLITE_OPEN_NOMUTEX;
   if (mode == Mode::kNew) {
-    flags |= SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    open(path_.string(), SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   } else {
-    flags |= has_journal(path_) ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY;
+    open_to_read();
   }
+}
+
+void SqliteDatabase::open_to_read() {
+  const auto wal = size_beside(path_, kWal);
+  if (wal && size_beside(path_, kSharedMemory)) {
+    // The index of a writer that lives, or one in memory.
+    open(uri(path_, "readonly_shm=1"), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+    if (can_be_read()) {
+      return;
+    }
+  } else if (wal.value_or(0) == 0 && asks_for_wal(path_)) {
+    // Complete, and nobody writes it. SQLite would make a -wal and a -shm to read it.
+    open(uri(path_, "immutable=1"), SQLITE_OPEN_READONLY | SQLITE_OPEN_URI);
+    return;
+  } else if (wal.value_or(0) == 0) {
+    open(path_.string(), SQLITE_OPEN_READONLY);
+    if (can_be_read()) {
+      return;
+    }
+  }
+  open_copy();
+}
+
+bool SqliteDatabase::can_be_read() const {
+  const int result =
+      sqlite3_exec(handle_.get(), "SELECT COUNT(*) FROM sqlite_master", nullptr, nullptr, nullptr);
+  if (result == SQLITE_OK) {
+    return true;
+  }
+  if ((result & 0xff) == SQLITE_READONLY || (result & 0xff) == SQLITE_CANTOPEN) {
+    return false;
+  }
+  fail("cannot be read");
+}
+
+void SqliteDatabase::open_copy() {
+  std::filesystem::path copy;
+  try {
+    copy_folder_.emplace();
+    copy = copy_folder_->path() / path_.filename();
+    std::filesystem::copy_file(path_, copy);
+    for (const char* ending : {kJournal, kWal}) {
+      if (size_beside(path_, ending)) {
+        std::filesystem::copy_file(path_.string() + ending, copy.string() + ending);
+      }
+    }
+  } catch (const std::system_error& error) {
+    throw_system_error(error.code().value(), path_,
+                       "its writer was interrupted, and it cannot be copied to " +
+                           std::filesystem::temp_directory_path().string() + " to be completed");
+  }
+  // The copy of a file that is write-protected.
+  std::error_code ignored;
+  for (const char* ending : {"", kJournal, kWal}) {
+    std::filesystem::permissions(copy.string() + ending, std::filesystem::perms::owner_write,
+                                 std::filesystem::perm_options::add, ignored);
+  }
+  open(copy.string(), SQLITE_OPEN_READWRITE);
+}
+
+void SqliteDatabase::open(const std::string& name, int flags) {
   sqlite3* handle = nullptr;
-  const int result = sqlite3_open_v2(path_.c_str(), &handle, flags, nullptr);
+  const int result = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(handle);
   if (result != SQLITE_OK) {
     if (handle == nullptr) {
@@ -55,6 +149,8 @@ SqliteDatabase::SqliteDatabase(std::filesystem::path path, Mode mode) : path_(st
   // A file from elsewhere runs no code of its own.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  // What lies in a -wal stays there.
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   constexpr int kWait = 2000;  // ms, for a recorder that commits just now
   sqlite3_busy_timeout(handle, kWait);
 }

@@ -6,20 +6,24 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "bytes.hpp"
+#include "pipescout/files/temporary_folder.hpp"
 
 namespace pipescout::bags {
 
-/// Whether a journal lies beside the file: its last writer was killed or still writes, and opening
-/// it rolls it back or forward.
+/// Whether a journal lies beside the file: its last writer was killed or still writes, and the
+/// content is that of the file rolled back or forward.
 [[nodiscard]] bool has_journal(const std::filesystem::path& path);
 
 /// An open SQLite database. Throws BagError naming its file.
 class SqliteDatabase {
  public:
+  /// kRead: nothing changes, neither the file nor what lies beside it, and no file appears there. A
+  /// database whose writer was killed is completed in a copy among the temporary files.
   enum class Mode : std::uint8_t { kNew, kRead };
   SqliteDatabase(std::filesystem::path path, Mode mode);
   ~SqliteDatabase() = default;
@@ -42,7 +46,15 @@ class SqliteDatabase {
   struct Close {
     void operator()(sqlite3* handle) const noexcept { sqlite3_close_v2(handle); }
   };
+
+  void open(const std::string& name, int flags);
+  void open_to_read();
+  /// False where SQLite would have to write first.
+  [[nodiscard]] bool can_be_read() const;
+  void open_copy();
+
   std::filesystem::path path_;
+  std::optional<TemporaryFolder> copy_folder_;
   std::unique_ptr<sqlite3, Close> handle_;
 };
 

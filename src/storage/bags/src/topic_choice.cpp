@@ -41,7 +41,17 @@ const TopicCount& choose_topic(const BagReader& reader, const std::filesystem::p
     asked += (asked.empty() ? "" : " or ") + std::string(type);
   }
   if (candidates.empty()) {
-    throw BagError(BagFault::kUsage, bag, "has no topic of " + asked);
+    std::string others;
+    for (const TopicCount& each : reader.metadata().topics) {
+      if (each.topic.serialization_format != "cdr") {
+        others += (others.empty() ? "" : ", ") + each.topic.name + " (" +
+                  each.topic.serialization_format + ")";
+      }
+    }
+    throw BagError(
+        BagFault::kUsage, bag,
+        "has no topic of " + asked +
+            (others.empty() ? "" : "; topics in an encoding that is not read: " + others));
   }
   throw BagError(BagFault::kUsage, bag,
                  (wanted.empty() ? "has several topics of " + asked

@@ -202,6 +202,23 @@ TEST_F(BagContent, UnknownVersionsAndCompressionsAreRefused) {
   EXPECT_THAT(check_bag(bag_).faults, ElementsAre(HasSubstr("'xz'")));
 }
 
+TEST_F(BagContent, WithoutAStorageIdentifierTheFilesTell) {
+  // As `ros2 bag reindex` of Humble writes it.
+  for (const Storage storage : {Storage::kSqlite, Storage::kMcap}) {
+    fs::remove_all(bag_);
+    record({.storage = storage}, testing::messages(3, 10));
+    replace("storage_identifier: " + std::string(storage_identifier(storage)),
+            "storage_identifier: \"\"");
+    BagReader reader(bag_);
+    EXPECT_EQ(reader.metadata().storage, storage);
+    EXPECT_EQ(testing::read(reader).size(), 3U);
+    EXPECT_THAT(check_bag(bag_).faults, IsEmpty());
+  }
+  replace("relative_file_paths:", "others:");
+  replace("files:", "relative_file_paths: []\n  more:");
+  EXPECT_THAT(error(), HasSubstr("storage_identifier: is empty, and no file is named"));
+}
+
 TEST_F(BagContent, ContradictionsAreFound) {
   record({}, testing::messages(3, 10));
   replace("name: /pose\n        type: std_msgs/msg/String",

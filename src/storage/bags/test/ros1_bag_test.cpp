@@ -10,7 +10,9 @@
 
 #include "bytes.hpp"
 #include "compression.hpp"
+#include "mcap_records.hpp"
 #include "pipescout/bags/bag_maintenance.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "ros1_message.hpp"
 #include "test_bag.hpp"
@@ -243,6 +245,72 @@ TEST_F(Ros1Bag, CutAndChangedBagsGiveErrors) {
     } catch (const BagError&) {
       ASSERT_THAT(report.faults, ::testing::Not(::testing::IsEmpty()));
     }
+  }
+}
+
+/// An MCAP file with one topic of ROS 1.
+std::string mcap_of_ros1(const std::string& encoding, const std::string& schema_encoding,
+                         const std::string& definition, ByteView data) {
+  using namespace mcap;
+  Bytes file;
+  append(file, std::as_bytes(std::span(kMagic)));
+  append_record(file, Opcode::kHeader, [](Bytes& content) {
+    append_text(content, "ros1");
+    append_text(content, "test");
+  });
+  append_schema(
+      file, {.id = 1, .name = "survey_msgs/Pose", .encoding = schema_encoding, .data = definition});
+  append_channel(file, {.id = 3,
+                        .schema = 1,
+                        .topic = "/pose",
+                        .message_encoding = encoding,
+                        .metadata = {{"latching", "1"}}});
+  append_message_head(file, {.channel = 3, .log_time = 8}, data.size());
+  append(file, data);
+  append_record(file, Opcode::kDataEnd, [](Bytes& content) { append_number(content, 0U); });
+  append(file, std::as_bytes(std::span(kMagic)));
+  return std::string(text_of(file));
+}
+
+TEST_F(Ros1Bag, MessagesOfRos1InMcapBecomeThoseOfRos2) {
+  const fs::path path = folder_.path() / "old.mcap";
+  testing::write_file(path, mcap_of_ros1("ros1", "ros1msg", kPoseDefinition, pose()));
+  BagReader reader(path);
+  const auto messages = testing::read(reader);
+  ASSERT_EQ(messages.size(), 1U);
+  const BagTopic& topic = reader.topics().front();
+  EXPECT_EQ(topic.type, "survey_msgs/msg/Pose");
+  EXPECT_EQ(topic.serialization_format, "cdr");
+  EXPECT_EQ(topic.schema_encoding, "ros2msg");
+  EXPECT_THAT(topic.offered_qos_profiles, HasSubstr("durability: 1"));
+  const Ros1Message converter("survey_msgs/Pose", kPoseDefinition);
+  Bytes cdr;
+  ASSERT_TRUE(converter.to_cdr(pose(), cdr));
+  EXPECT_EQ(messages.front().data, testing::Data(cdr.begin(), cdr.end()));
+  EXPECT_EQ(topic.schema_text, converter.ros2_definition());
+}
+
+TEST_F(Ros1Bag, MessagesInMcapThatCannotBecomeThoseOfRos2AreNamed) {
+  const fs::path path = folder_.path() / "old.mcap";
+  const auto faults = [&](const std::string& content) {
+    testing::write_file(path, content);
+    return check_bag(path).faults;
+  };
+  EXPECT_THAT(faults(mcap_of_ros1("ros1", "", "", pose())),
+              Contains(HasSubstr("channel of /pose: its messages are of ROS 1, and their "
+                                 "definition is '', not ros1msg")));
+  EXPECT_THAT(faults(mcap_of_ros1("ros1", "ros1msg", "Unknown thing\n", pose())),
+              Contains(HasSubstr("the definition of survey_msgs/Unknown is missing")));
+  EXPECT_THAT(faults(mcap_of_ros1("ros1", "ros1msg", kPoseDefinition, Bytes(3))),
+              Contains(HasSubstr("a message does not fit its definition")));
+  // Any other encoding keeps its name, which who chooses a topic is told.
+  testing::write_file(path, mcap_of_ros1("protobuf", "protobuf", "", pose()));
+  const BagReader reader(path);
+  try {
+    (void)choose_topic(reader, path, {"survey_msgs/msg/Pose"}, "");
+    FAIL() << "a topic was chosen";
+  } catch (const BagError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("in an encoding that is not read: /pose (protobuf)"));
   }
 }
 
