@@ -76,4 +76,34 @@ RosDistortion ros_distortion(const CameraParameters& camera) {
   return result;
 }
 
+void apply_region(const ImageRegion& region, CameraParameters& camera) {
+  const bool cut = region.width != 0 && region.height != 0;
+  if (!cut &&
+      (region.width != 0 || region.height != 0 || region.x_offset != 0 || region.y_offset != 0)) {
+    throw std::invalid_argument(
+        "roi has no width or no height, but other values; it must have "
+        "both, or only zeros");
+  }
+  if (region.x_offset + std::uint64_t{region.width} > static_cast<std::uint64_t>(camera.width) ||
+      region.y_offset + std::uint64_t{region.height} > static_cast<std::uint64_t>(camera.height)) {
+    throw std::invalid_argument("roi reaches beyond the image");
+  }
+  const std::uint32_t bin_u = std::max(1U, region.binning_x);
+  const std::uint32_t bin_v = std::max(1U, region.binning_y);
+  const std::uint32_t width = cut ? region.width : static_cast<std::uint32_t>(camera.width);
+  const std::uint32_t height = cut ? region.height : static_cast<std::uint32_t>(camera.height);
+  if (bin_u > width || bin_v > height) {
+    throw std::invalid_argument("binning_x is " + std::to_string(bin_u) + ", binning_y " +
+                                std::to_string(bin_v) + ": no pixel is left of " +
+                                std::to_string(width) + " x " + std::to_string(height));
+  }
+  camera.width = static_cast<int>(width / bin_u);
+  camera.height = static_cast<int>(height / bin_v);
+  camera.focal_length /= bin_u;
+  camera.aspect_ratio *= static_cast<double>(bin_u) / bin_v;
+  camera.skew /= bin_u;
+  camera.centre_u = (camera.centre_u - region.x_offset - 0.5 * (bin_u - 1)) / bin_u;
+  camera.centre_v = (camera.centre_v - region.y_offset - 0.5 * (bin_v - 1)) / bin_v;
+}
+
 }  // namespace pipescout::geometry

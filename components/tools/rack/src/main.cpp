@@ -58,7 +58,7 @@ geometry::Camera camera_for(const Arguments& arguments, bool bag, std::vector<st
   geometry::CameraParameters camera;
   std::string source = arguments.camera;
   if (!arguments.camera.empty()) {
-    camera = read_camera(arguments.camera);
+    camera = read_camera(arguments.camera, said);
   } else {
     const auto found = bag ? camera_of_bag(arguments.images, arguments.topic) : std::nullopt;
     if (!found) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/message_conversions/camera.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -40,23 +39,21 @@ geometry::CameraParameters from_message(const sensor_msgs::msg::CameraInfo& mess
                                 std::to_string(message.height) + "; they must be at most " +
                                 std::to_string(kLargestImage));
   }
-  const double bin_u = std::max(1U, message.binning_x);
-  const double bin_v = std::max(1U, message.binning_y);
-  const auto& roi = message.roi;
-  const bool cut = roi.width != 0 && roi.height != 0;
-  if (cut && (roi.x_offset + std::uint64_t{roi.width} > message.width ||
-              roi.y_offset + std::uint64_t{roi.height} > message.height)) {
-    throw std::invalid_argument("roi reaches beyond the image");
-  }
   geometry::CameraParameters camera;
-  camera.width = static_cast<int>((cut ? roi.width : message.width) / bin_u);
-  camera.height = static_cast<int>((cut ? roi.height : message.height) / bin_v);
-  // Pixel i of a binned image is the mean of the raw pixels bin * i to bin * i + bin - 1.
-  camera.focal_length = k[0] / bin_u;
-  camera.aspect_ratio = k[4] / bin_v / camera.focal_length;
-  camera.skew = k[1] / bin_u;
-  camera.centre_u = (k[2] - (cut ? roi.x_offset : 0) - 0.5 * (bin_u - 1)) / bin_u;
-  camera.centre_v = (k[5] - (cut ? roi.y_offset : 0) - 0.5 * (bin_v - 1)) / bin_v;
+  camera.width = static_cast<int>(message.width);
+  camera.height = static_cast<int>(message.height);
+  camera.focal_length = k[0];
+  camera.aspect_ratio = k[4] / k[0];
+  camera.skew = k[1];
+  camera.centre_u = k[2];
+  camera.centre_v = k[5];
+  geometry::apply_region({.binning_x = message.binning_x,
+                          .binning_y = message.binning_y,
+                          .x_offset = message.roi.x_offset,
+                          .y_offset = message.roi.y_offset,
+                          .width = message.roi.width,
+                          .height = message.roi.height},
+                         camera);
   geometry::set_distortion(message.distortion_model, message.d, camera);
   camera.validate();
   return camera;

@@ -61,6 +61,21 @@ TEST(CameraInfo, AllowsForBinningAndRegion) {
   EXPECT_TRUE(binned.project(point)->isApprox(expected, 1e-12));
 }
 
+TEST(CameraInfo, RefusesARegionThatMakesNoSense) {
+  auto message = to_message(some_camera());
+  message.roi.x_offset = 20;
+  EXPECT_THAT([&] { (void)from_message(message); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("roi has no width")));
+  message.roi.width = 640;
+  message.roi.height = 400;
+  EXPECT_THAT([&] { (void)from_message(message); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("roi reaches beyond")));
+  message.roi = {};
+  message.binning_y = 401;
+  EXPECT_THAT([&] { (void)from_message(message); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("binning_y 401")));
+}
+
 TEST(CameraInfo, HasTheLensesOfRos) {
   geometry::CameraParameters wide = some_camera();
   wide.k4 = 0.02;

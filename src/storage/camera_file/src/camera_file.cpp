@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <vector>
 
@@ -20,7 +21,9 @@ constexpr int kLargestImage = 1 << 16;  // pixels, of a side
 
 class CameraFileReader {
  public:
-  CameraFileReader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
+  CameraFileReader(const YAML::Node& root, const std::string& path,
+                   std::vector<std::string>& remarks)
+      : root_(root), path_(path), remarks_(remarks) {}
 
   geometry::CameraParameters read() {
     if (!root_.IsMap()) {
@@ -30,13 +33,11 @@ class CameraFileReader {
     camera.width = size("image_width");
     camera.height = size("image_height");
     read_matrix(camera);
-    const YAML::Node model = field("distortion_model");
-    if (!model.IsScalar()) {
-      fail(model, "distortion_model must be a text");
-    }
+    const std::string model = distortion_model();
     const std::vector<double> coefficients = data("distortion_coefficients");
+    read_region(camera);
     try {
-      geometry::set_distortion(model.Scalar(), coefficients, camera);
+      geometry::set_distortion(model, coefficients, camera);
       camera.validate();
     } catch (const std::invalid_argument& error) {
       fail(root_["distortion_coefficients"], std::string("invalid calibration: ") + error.what());
@@ -57,6 +58,72 @@ class CameraFileReader {
                       "camera_calibration writes it");
     }
     return value;
+  }
+
+  [[nodiscard]] std::string text(const YAML::Node& node, const std::string& name) const {
+    if (!node.IsScalar()) {
+      fail(node, name + " must be a text");
+    }
+    return node.Scalar();
+  }
+
+  /// Some versions of camera_calibration write `camera_model: fisheye` in its place
+  /// (image_pipeline, issue 682); OpenCV's fisheye model is the equidistant one.
+  [[nodiscard]] std::string distortion_model() const {
+    constexpr const char* kEquidistant = "equidistant";
+    const YAML::Node kind = root_["camera_model"];
+    const YAML::Node model = root_["distortion_model"];
+    const bool is_fisheye = kind && text(kind, "camera_model") == "fisheye";
+    if (!model && is_fisheye) {
+      remarks_.push_back(location(path_, kind.Mark()) +
+                         ": distortion_model is missing; camera_model: fisheye is taken as "
+                         "distortion_model: equidistant");
+      return kEquidistant;
+    }
+    const std::string name = text(field("distortion_model"), "distortion_model");
+    if (is_fisheye && name != kEquidistant) {
+      fail(kind, "camera_model is fisheye, but distortion_model '" + name +
+                     "'; it must be equidistant, or camera_model another one");
+    }
+    return name;
+  }
+
+  /// Binning and region of interest, as sensor_msgs/CameraInfo has them.
+  void read_region(geometry::CameraParameters& camera) const {
+    geometry::ImageRegion region;
+    const auto read = [this](const YAML::Node& map, const char* name, std::uint32_t& value) {
+      if (const YAML::Node node = map[name]) {
+        const int given = number<int>(node, name);
+        if (given < 0) {
+          fail(node, std::string(name) + " must not be negative");
+        }
+        value = static_cast<std::uint32_t>(given);
+      }
+    };
+    read(root_, "binning_x", region.binning_x);
+    read(root_, "binning_y", region.binning_y);
+    if (const YAML::Node roi = root_["roi"]) {
+      if (!roi.IsMap()) {
+        fail(roi, "roi must be a map with x_offset, y_offset, width and height");
+      }
+      read(roi, "x_offset", region.x_offset);
+      read(roi, "y_offset", region.y_offset);
+      read(roi, "width", region.width);
+      read(roi, "height", region.height);
+    }
+    const int width = camera.width;
+    const int height = camera.height;
+    try {
+      geometry::apply_region(region, camera);
+    } catch (const std::invalid_argument& error) {
+      fail(root_, error.what());
+    }
+    if (camera.width != width || camera.height != height) {
+      remarks_.push_back(path_ + ": by binning_x, binning_y and roi the images have " +
+                         std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                         " of the calibrated " + std::to_string(width) + " x " +
+                         std::to_string(height) + " pixels");
+    }
   }
 
   template <class Number>
@@ -143,16 +210,18 @@ class CameraFileReader {
 
   YAML::Node root_;
   const std::string& path_;
+  std::vector<std::string>& remarks_;
 };
 
 }  // namespace
 
-geometry::CameraParameters read_camera(const std::string& path) {
-  return CameraFileReader(load_yaml(path), path).read();
+geometry::CameraParameters read_camera(const std::string& path, std::vector<std::string>& remarks) {
+  return CameraFileReader(load_yaml(path), path, remarks).read();
 }
 
-geometry::CameraParameters parse_camera(const std::string& text, const std::string& path) {
-  return CameraFileReader(parse_yaml(text, path), path).read();
+geometry::CameraParameters parse_camera(const std::string& text, const std::string& path,
+                                        std::vector<std::string>& remarks) {
+  return CameraFileReader(parse_yaml(text, path), path, remarks).read();
 }
 
 }  // namespace pipescout

@@ -13,7 +13,9 @@
 namespace pipescout {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// As `camera_calibration` writes it.
 const std::string kFile = R"(image_width: 640
@@ -45,8 +47,16 @@ std::string with(const std::string& old, const std::string& text) {
   return file.replace(at, old.size(), text);
 }
 
+/// Of a file about which there is nothing to say.
+geometry::CameraParameters parsed(const std::string& text) {
+  std::vector<std::string> remarks;
+  const auto camera = parse_camera(text, "camera.yaml", remarks);
+  EXPECT_THAT(remarks, IsEmpty());
+  return camera;
+}
+
 TEST(CameraFile, IsReadAsTheCalibrationOfTheRawImage) {
-  const geometry::CameraParameters camera = parse_camera(kFile, "camera.yaml");
+  const geometry::CameraParameters camera = parsed(kFile);
   EXPECT_EQ(camera.width, 640);
   EXPECT_EQ(camera.height, 480);
   EXPECT_DOUBLE_EQ(camera.focal_length, 580.5);
@@ -61,23 +71,54 @@ TEST(CameraFile, IsReadAsTheCalibrationOfTheRawImage) {
 }
 
 TEST(CameraFile, HasTheLensesOfRos) {
-  const geometry::CameraParameters fisheye = parse_camera(
-      with("plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.25, "
-           "0.0625, 0.002, 0.003, 0.0]",
-           "equidistant\ndistortion_coefficients:\n  rows: 1\n  cols: 4\n  data: "
-           "[0.01, 0.002, -0.003, 0.0004]"),
-      "camera.yaml");
+  const geometry::CameraParameters fisheye =
+      parsed(with("plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.25, "
+                  "0.0625, 0.002, 0.003, 0.0]",
+                  "equidistant\ndistortion_coefficients:\n  rows: 1\n  cols: 4\n  data: "
+                  "[0.01, 0.002, -0.003, 0.0004]"));
   EXPECT_EQ(fisheye.lens, geometry::LensModel::kEquidistant);
   EXPECT_DOUBLE_EQ(fisheye.k4, 0.0004);
-  const geometry::CameraParameters wide = parse_camera(
-      with("plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.25, "
-           "0.0625, 0.002, 0.003, 0.0]",
-           "rational_polynomial\ndistortion_coefficients:\n  rows: 1\n  cols: 8\n  "
-           "data: [0.1, 0.02, 0.0, 0.0, 0.003, 0.3, 0.04, 0.005]"),
-      "camera.yaml");
+  const geometry::CameraParameters wide =
+      parsed(with("plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.25, "
+                  "0.0625, 0.002, 0.003, 0.0]",
+                  "rational_polynomial\ndistortion_coefficients:\n  rows: 1\n  cols: 8\n  "
+                  "data: [0.1, 0.02, 0.0, 0.0, 0.003, 0.3, 0.04, 0.005]"));
   EXPECT_EQ(wide.lens, geometry::LensModel::kBrown);
   EXPECT_DOUBLE_EQ(wide.k3, 0.003);
   EXPECT_DOUBLE_EQ(wide.k6, 0.005);
+}
+
+TEST(CameraFile, FisheyeInPlaceOfTheDistortionModelIsEquidistant) {
+  std::vector<std::string> remarks;
+  const geometry::CameraParameters camera = parse_camera(
+      with("distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: "
+           "[-0.25, 0.0625, 0.002, 0.003, 0.0]",
+           "camera_model: fisheye\ndistortion_coefficients: {rows: 1, cols: 4, data: [-0.1, 0.02, "
+           "0, 0]}"),
+      "camera.yaml", remarks);
+  EXPECT_EQ(camera.lens, geometry::LensModel::kEquidistant);
+  EXPECT_DOUBLE_EQ(camera.k1, -0.1);
+  EXPECT_THAT(remarks, ElementsAre(HasSubstr("camera.yaml:8:15: distortion_model is missing; "
+                                             "camera_model: fisheye is taken")));
+}
+
+TEST(CameraFile, BinningAndRegionAreApplied) {
+  std::vector<std::string> remarks;
+  const geometry::CameraParameters camera =
+      parse_camera(kFile +
+                       "binning_x: 2\nbinning_y: 2\nroi: {x_offset: 40, y_offset: 20, width: 400, "
+                       "height: 300, do_rectify: false}\n",
+                   "camera.yaml", remarks);
+  EXPECT_EQ(camera.width, 200);
+  EXPECT_EQ(camera.height, 150);
+  EXPECT_DOUBLE_EQ(camera.focal_length, 580.5 / 2);
+  EXPECT_DOUBLE_EQ(camera.centre_u, (315.25 - 40 - 0.5) / 2);
+  EXPECT_THAT(remarks, ElementsAre(HasSubstr("200 x 150 of the calibrated 640 x 480 pixels")));
+  // As CameraInfo has them where nothing is cut or binned.
+  EXPECT_EQ(parsed(kFile + "binning_x: 1\nbinning_y: 0\nroi: {x_offset: 0, y_offset: 0, width: "
+                           "0, height: 0}\n")
+                .width,
+            640);
 }
 
 TEST(CameraFile, ErrorsNameFileLineAndField) {
@@ -108,10 +149,17 @@ TEST(CameraFile, ErrorsNameFileLineAndField) {
       {with("cols: 5\n  data: [-0.25, 0.0625, 0.002, 0.003, 0.0]",
             "cols: 6\n  data: [-0.25, 0.0625, 0.002, 0.003, 0.0, 0.1]"),
        {"d[5] is 0.1", "plumb_bob"}},
+      {kFile + "camera_model: fisheye\n", {"camera.yaml:21:", "camera_model is fisheye"}},
+      {kFile + "binning_x: -1\n", {"camera.yaml:21:", "binning_x must not be negative"}},
+      {kFile + "binning_x: two\n", {"camera.yaml:21:", "binning_x must be an integer"}},
+      {kFile + "binning_y: 481\n", {"binning_y 481: no pixel is left"}},
+      {kFile + "roi: 3\n", {"camera.yaml:21:", "roi must be a map"}},
+      {kFile + "roi: {x_offset: 4}\n", {"roi has no width"}},
+      {kFile + "roi: {x_offset: 4, width: 640, height: 480}\n", {"roi reaches beyond"}},
   };
   for (const Case& each : cases) {
     try {
-      (void)parse_camera(each.file, "camera.yaml");
+      (void)parsed(each.file);
       ADD_FAILURE() << each.said.back();
     } catch (const YamlError& error) {
       for (const std::string& text : each.said) {
@@ -124,8 +172,9 @@ TEST(CameraFile, ErrorsNameFileLineAndField) {
 TEST(CameraFile, AFileThatIsNotThereIsNamed) {
   const testing::TemporaryFolder folder;
   const std::string path = (folder.path() / "camera.yaml").string();
+  std::vector<std::string> remarks;
   try {
-    (void)read_camera(path);
+    (void)read_camera(path, remarks);
     ADD_FAILURE();
   } catch (const YamlError& error) {
     EXPECT_THAT(error.what(), HasSubstr(path));

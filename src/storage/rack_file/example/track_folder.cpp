@@ -8,6 +8,8 @@
 #include <pipescout/rack_file/rack_file.hpp>
 #include <pipescout/rack_vision/rack_localization.hpp>
 #include <set>
+#include <string>
+#include <vector>
 
 namespace fs = std::filesystem;
 namespace rack_vision = pipescout::rack_vision;
@@ -19,7 +21,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const pipescout::geometry::Camera camera(pipescout::read_camera(argv[3]));
+    std::vector<std::string> remarks;
+    const pipescout::geometry::Camera camera(pipescout::read_camera(argv[3], remarks));
+    for (const std::string& remark : remarks) {
+      std::cerr << remark << '\n';
+    }
     rack_vision::RackLocalization rack(pipescout::read_rack(argv[2]), camera);
     // The upper border of the image is ahead along the flow: without that, or something that only
     // one end of the rack has, a rack looks the same from both ends.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,5 +26,22 @@ struct RosDistortion {
   std::vector<double> d;
 };
 [[nodiscard]] RosDistortion ros_distortion(const CameraParameters& camera);
+
+/// Which pixels of the calibrated images are given out, as in sensor_msgs/CameraInfo: those of a
+/// region, in pixels of the calibrated images, then binned. Only zeros: all of them.
+struct ImageRegion {
+  std::uint32_t binning_x = 0;  ///< pixels that become one, along u; 0 and 1: not binned
+  std::uint32_t binning_y = 0;
+  std::uint32_t x_offset = 0;
+  std::uint32_t y_offset = 0;
+  std::uint32_t width = 0;  ///< 0 with a height of 0: all of the image
+  std::uint32_t height = 0;
+};
+
+/// Makes the camera of the calibrated images that of the images given out. Pixel i of a binned
+/// image is the mean of the pixels bin * i to bin * i + bin - 1. Throws std::invalid_argument
+/// naming `roi` where it reaches beyond the image or is not whole, and `binning_x`, `binning_y`
+/// where no pixel is left.
+void apply_region(const ImageRegion& region, CameraParameters& camera);
 
 }  // namespace pipescout::geometry
