@@ -36,6 +36,7 @@
 #include "pipescout/runtime/standard_topics.hpp"
 #include "playback_clock.hpp"
 #include "read_ahead.hpp"
+#include "subscription_wait.hpp"
 
 namespace pipescout {
 
@@ -69,6 +70,10 @@ class BagPlayer::Settings {
     start_offset_ = parameters.declare<double>(
         "start_offset", 0.0, seconds("s of the bag that are left out at its beginning"));
     delay_ = parameters.declare<double>("delay", 0.0, seconds("s before the first message"));
+    wait_ = parameters.declare<double>(
+        "wait", 0.0,
+        seconds("s for which no node or subscription may have appeared before the first message, "
+                "and all subscriptions are matched; 0: it does not wait"));
     clock_frequency_ = parameters.declare<double>(
         "clock_frequency", 0.0,
         {.description = "Hz at which the bag's time is published on /clock; 0: not at all",
@@ -112,6 +117,7 @@ class BagPlayer::Settings {
   [[nodiscard]] bool loop() const { return loop_.get(); }
   [[nodiscard]] Duration start_offset() const { return from_seconds(start_offset_.get()); }
   [[nodiscard]] Duration delay() const { return from_seconds(delay_.get()); }
+  [[nodiscard]] Duration wait() const { return from_seconds(wait_.get()); }
   [[nodiscard]] double clock_frequency() const { return clock_frequency_.get(); }
   [[nodiscard]] std::size_t read_ahead() const {
     return static_cast<std::size_t>(read_ahead_.get());
@@ -128,6 +134,7 @@ class BagPlayer::Settings {
   Parameter<bool> loop_;
   Parameter<double> start_offset_;
   Parameter<double> delay_;
+  Parameter<double> wait_;
   Parameter<double> clock_frequency_;
   Parameter<std::vector<std::string>> topics_;
   Parameter<std::int64_t> read_ahead_;
@@ -164,6 +171,7 @@ class BagPlayer::Playback {
         post([this] {
           is_checking_ = false;
           refuse_other_types();
+          look_for_subscriptions();
         });
       }
     });
@@ -179,21 +187,28 @@ class BagPlayer::Playback {
   }
 
   void start() {
-    const SteadyTime now = steady_now();
     if (settings_.clock_frequency() > 0.0) {
       clock_publisher_ = player_.create_publisher(topics::kClock);
       clock_timer_ = player_.create_timer(from_seconds(1.0 / settings_.clock_frequency()),
                                           [this] { publish_clock(); });
     }
     progress_timer_ = player_.create_timer(kProgressPeriod, [this] { report(); });
-    if (!settings_.start_paused()) {
-      clock_.resume(add_saturated(now, settings_.delay()));
+    if (settings_.wait() > Duration::zero() && !has_played_) {
+      std::vector<std::shared_ptr<UntypedPublisher>> publishers;
+      for (const auto& publisher : publishers_) {
+        if (publisher) {
+          publishers.push_back(publisher.untyped());
+        }
+      }
+      wait_.emplace(player_, std::move(publishers), settings_.wait(), [this] { begin(); });
+    } else {
+      begin();
     }
-    post_play();
   }
 
   /// Stays where it is, until `start`.
   void halt() {
+    wait_.reset();
     clock_.pause(steady_now());
     player_.default_group()->cancel(wake_);
     clock_timer_.reset();
@@ -229,6 +244,19 @@ class BagPlayer::Playback {
     post([this] { play(); });
   }
 
+  void begin() {
+    if (!settings_.start_paused()) {
+      clock_.resume(add_saturated(steady_now(), settings_.delay()));
+    }
+    post_play();
+  }
+
+  void look_for_subscriptions() {
+    if (wait_) {
+      wait_->look();
+    }
+  }
+
   void make_publishers(bags::BagReader& reader) {
     std::vector<std::string> played;
     publishers_.resize(reader.topics().size());
@@ -251,7 +279,9 @@ class BagPlayer::Playback {
         const QoS qos = override != settings_.qos_overrides.end()
                             ? override->second
                             : offer_for(qos_profiles_from_yaml(topic.offered_qos_profiles));
-        publishers_[i] = player_.create_generic_publisher(topic.name, topic.type, qos);
+        publishers_[i] = player_.create_generic_publisher(
+            topic.name, topic.type, qos,
+            {.events = {.matched = [this](std::size_t) { look_for_subscriptions(); }}});
         played.push_back(topic.name);
       } catch (const InvalidName& error) {
         refuse(topic.name, error.what());
@@ -390,6 +420,7 @@ class BagPlayer::Playback {
 
   void pause() { clock_.pause(steady_now()); }
   void resume() {
+    wait_.reset();
     clock_.resume(steady_now());
     play();
   }
@@ -479,6 +510,7 @@ class BagPlayer::Playback {
   Publisher<rosgraph_msgs::msg::Clock> clock_publisher_;
   std::deque<Burst> bursts_;
   std::optional<ReadAhead> ahead_;
+  std::optional<SubscriptionWait> wait_;
   std::vector<std::shared_ptr<UntypedService>> services_;
   std::shared_ptr<Timer> clock_timer_;
   std::shared_ptr<Timer> progress_timer_;

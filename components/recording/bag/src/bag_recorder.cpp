@@ -125,9 +125,16 @@ class BagRecorder::Recording {
     queue_.finish();
     show_counts();
     const auto counts = queue_.counts();
-    recorder_.logger().info(std::to_string(counts.written) + " messages of " +
-                            std::to_string(topics_.size()) + " topics recorded, " +
-                            std::to_string(counts.dropped) + " dropped: " + folder_.string());
+    recorder_.logger().info(
+        std::to_string(counts.written) + " messages of " + std::to_string(topics_.size()) +
+        " topics recorded, " + std::to_string(counts.dropped) + " dropped" +
+        (counts.lost > 0 ? ", " + std::to_string(counts.lost) + " lost by the error" : "") + ": " +
+        folder_.string());
+    // Nothing is what was asked for where no snapshot was.
+    if (counts.written == 0 && !settings_.queue.snapshot && !has_failed_) {
+      recorder_.report_failed("no message was recorded: asked for " + settings_.asked() + "; " +
+                              what_was_seen() + "; the bag is empty: " + folder_.string());
+    }
   }
   [[nodiscard]] bool take_snapshot() { return queue_.take_snapshot(); }
 
@@ -178,7 +185,7 @@ class BagRecorder::Recording {
       return;
     }
     if (status.state == MissionStatus::FAILED) {
-      has_ended_ = true;
+      has_ended_ = has_failed_ = true;
       silence_timer_.reset();
       recorder_.report_failed(settings_.source + " failed: " + status.message);
     } else if (status.state == MissionStatus::COMPLETE) {
@@ -199,7 +206,7 @@ class BagRecorder::Recording {
       return;
     }
     has_ended_ = true;
-    recorder_.report_complete(std::to_string(messages_) + " messages recorded");
+    recorder_.report_complete("recorded into " + folder_.string());
   }
 
   void look_for_silence() {
@@ -207,7 +214,7 @@ class BagRecorder::Recording {
     if (messages == 0 || std::exchange(messages_before_, messages) != messages) {
       silent_looks_ = 0;
     } else if (++silent_looks_ == kLooksPerSilence && !has_ended_) {
-      has_ended_ = true;
+      has_ended_ = has_failed_ = true;
       std::array<char, 64> seconds{};
       const auto written =
           std::to_chars(seconds.data(), seconds.data() + seconds.size(),
@@ -229,7 +236,7 @@ class BagRecorder::Recording {
   }
 
   void fail(const std::string& why) {
-    has_ended_ = true;
+    has_ended_ = has_failed_ = true;
     graph_changes_.reset();
     subscriptions_.clear();
     recorder_.report_failed("the recording has ended: " + why +
@@ -265,6 +272,22 @@ class BagRecorder::Recording {
     diagnostics.set_value("recorded.bytes", std::to_string(counts.bytes));
   }
 
+  /// Of the topics that others publish.
+  [[nodiscard]] std::string what_was_seen() const {
+    std::set<std::string> recorded;
+    for (const Topic& topic : topics_) {
+      recorded.insert(topic.name);
+    }
+    std::set<std::string> others = seen_;
+    std::erase_if(others, [&](const std::string& name) { return recorded.contains(name); });
+    if (recorded.empty() && others.empty()) {
+      return "no topic was published by any other node";
+    }
+    return (recorded.empty() ? "no such topic was published"
+                             : "no message came on " + joined(recorded)) +
+           (others.empty() ? "" : "; published were " + joined(others));
+  }
+
   void find_topics() {
     if (!graph_changes_) {
       return;  // the recording has ended
@@ -278,7 +301,11 @@ class BagRecorder::Recording {
       const auto topic = demangle_topic_name(endpoint.wire_topic);
       const auto type = demangle_type_name(endpoint.wire_type);
       if (!endpoint.is_publisher || !topic || topic->kind != DdsTopicKind::kTopic || !type ||
-          endpoint.node == recorder_.node_name() || !settings_.selection.selects(topic->name)) {
+          endpoint.node == recorder_.node_name()) {
+        continue;
+      }
+      seen_.insert(topic->name);
+      if (!settings_.selection.selects(topic->name)) {
         continue;
       }
       found[topic->name].types.insert(*type);
@@ -383,11 +410,13 @@ class BagRecorder::Recording {
   std::atomic<bool> is_looking_{false};
   std::deque<Topic> topics_;  // addresses are kept by callbacks
   std::set<std::string> warned_;
+  std::set<std::string> seen_;              // topics that others have published
   std::atomic<std::uint64_t> messages_{0};  // that tell of progress
   std::uint64_t messages_before_ = 0;       // when it was last looked at
   int silent_looks_ = 0;
   int settles_ = 0;
-  bool has_ended_ = false;  // complete or failed, as far as the source is concerned
+  bool has_ended_ = false;   // complete or failed, as far as the source is concerned
+  bool has_failed_ = false;  // and that was reported
   Publisher<WriteSplitEvent> split_events_;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_;
   const std::filesystem::path folder_;

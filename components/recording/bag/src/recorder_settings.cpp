@@ -181,6 +181,16 @@ std::filesystem::path RecorderSettings::folder() const {
   return folder;
 }
 
+std::string RecorderSettings::asked() const {
+  std::string text = selection.regex ? "topics that match '" + regex_.get() + "'"
+                     : selection.all ? "all topics"
+                                     : "";
+  for (const std::string& topic : selection.topics) {
+    text += (text.empty() ? "topic " : ", ") + topic;
+  }
+  return selection.exclude ? text + ", without those that match '" + exclude_.get() + "'" : text;
+}
+
 void RecorderSettings::read_thinning(const NodeName& node) {
   const auto topics = thinned_topics_.get();
   const auto periods = thinned_periods_.get();

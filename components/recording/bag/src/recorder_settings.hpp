@@ -30,6 +30,8 @@ class RecorderSettings {
 
   /// Where a recording that begins now goes.
   [[nodiscard]] std::filesystem::path folder() const;
+  /// What is to be recorded, in words: "topics /a, /b".
+  [[nodiscard]] std::string asked() const;
   [[nodiscard]] bool simulated_time() const { return use_sim_time_.get(); }
 
   bags::BagWriterOptions writer;

@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -77,6 +78,7 @@ bool RecordingQueue::push(bags::TopicIndex topic, std::int64_t log_time, std::in
     room_.wait(lock, [&] { return has_room_for(item) || failed_ || ending_; });
   }
   if (ending_ || failed_) {
+    counts_.lost += failed_ ? 1U : 0U;
     return true;  // nobody records any more; not for want of room
   }
   if (!options_.snapshot && !has_room_for(item)) {
@@ -146,6 +148,7 @@ bool RecordingQueue::guarded(const std::function<void()>& step) {
   {
     const std::lock_guard lock(mutex_);
     failed_ = true;
+    counts_.lost += waiting_.size() + early_.size();
     waiting_.clear();
     kept_.clear();
     early_.clear();
@@ -158,6 +161,12 @@ bool RecordingQueue::guarded(const std::function<void()>& step) {
     if (error.what() != why) {
       why += std::string("; and then ") + error.what();
     }
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t given = counts_.written;
+    counts_.written = std::min(given, writer_->metadata().messages);
+    counts_.lost += given - counts_.written;
   }
   events_.failed(why);
   return false;
@@ -188,6 +197,8 @@ void RecordingQueue::write(const Item& item) {
       ++counts_.written;
       counts_.bytes += item.size();
       room_.notify_all();
+    } else {
+      ++counts_.lost;
     }
   }
   const auto& files = writer_->metadata().files;

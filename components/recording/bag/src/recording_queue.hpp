@@ -43,9 +43,10 @@ class RecordingQueue {
     std::function<void(const std::string& why)> failed;
   };
   struct Counts {
-    std::uint64_t written = 0;  ///< messages
-    std::uint64_t bytes = 0;    ///< of the written messages
+    std::uint64_t written = 0;  ///< messages; after `finish`, and after an error, those in the bag
+    std::uint64_t bytes = 0;    ///< of the messages that were given to the bag's writer
     std::uint64_t dropped = 0;  ///< messages that met a full queue
+    std::uint64_t lost = 0;     ///< messages that are not in the bag because of an error
   };
 
   RecordingQueue(std::unique_ptr<bags::BagWriter> writer, const Options& options, Events events);

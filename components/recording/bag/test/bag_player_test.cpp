@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <rosbag2_interfaces/srv/burst.hpp>
 #include <rosbag2_interfaces/srv/get_rate.hpp>
@@ -21,8 +22,11 @@
 #include <vector>
 
 #include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/runtime/bring_up.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/testing/component_harness.hpp"
+#include "pipescout/testing/fake_transport.hpp"
+#include "pipescout/testing/program.hpp"
 #include "support.hpp"
 
 namespace pipescout {
@@ -175,6 +179,56 @@ TEST_F(BagPlayerTest, BeginsAtAnOffsetAndAgainAfterTheEnd) {
   ASSERT_TRUE(await(5));
   heard_.resize(5);
   EXPECT_THAT(heard_, ElementsAre("1", "2", "1", "2", "1"));
+}
+
+TEST_F(BagPlayerTest, WaitsForTheSubscriptionsThatAreThere) {
+  write_bag(bag_, {{"/a", 1, "one"}, {"/a", 2, "two"}});
+  testing::FakeNetwork network;
+  Executor executor;
+  Node there({.context = Context::create(network.create_transport("there")),
+              .executor = &executor,
+              .name = {"/", "listener"}});
+  const auto subscription = there.create_subscription<String>(
+      "a", QoS::reliable(), [this](const String& text) { heard_.push_back(text.data); });
+  network.hold_matching("rt/a");
+  const auto player = make_component<BagPlayer>(
+      ComponentOptions{.context = Context::create(network.create_transport("player")),
+                       .executor = &executor,
+                       .name = {"/", "player"},
+                       .parameter_overrides = {{"bag", ParameterValue(bag_.string())},
+                                               {"rate", ParameterValue(1e6)},
+                                               {"wait", ParameterValue(0.01)}}});
+  std::string said;
+  Logger logger = player->logger();  // a copy shares its state
+  logger.set_sink(
+      [&](LogSeverity, const std::string& text, const Logger::Location&) { said = text; });
+  const auto spin_until = [&](const std::function<bool()>& done) {
+    return executor.spin_until(
+        [&] {
+          network.deliver();
+          return done();
+        },
+        testing::kPatience);
+  };
+  bool is_active = false;
+  bring_up(*player, [&](const TransitionResult& result) { is_active = result.success; });
+  ASSERT_TRUE(spin_until([&] { return is_active; }));
+  // Its complaint comes long after the time that it waits for once all are matched.
+  ASSERT_TRUE(spin_until([&] { return said.find("waits for") != std::string::npos; }));
+  EXPECT_THAT(said, HasSubstr("the subscriptions of /listener to /a"));
+  network.allow_matching("rt/a");
+  ASSERT_TRUE(spin_until([&] { return heard_.size() == 2; }));
+  EXPECT_THAT(heard_, ElementsAre("one", "two"));
+}
+
+TEST_F(BagPlayerTest, WithNobodyThereItPlaysAllTheSame) {
+  write_bag(bag_, {{"/a", 1, "one"}});
+  const auto status =
+      harness_.collect<pipescout_msgs::msg::MissionStatus>("mission/status", QoS::latched());
+  bring_up({kAtOnce, {"wait", 0.01}});
+  ASSERT_TRUE(harness_.spin_until([&] {
+    return !status.empty() && status.back().state == pipescout_msgs::msg::MissionStatus::COMPLETE;
+  }));
 }
 
 TEST_F(BagPlayerTest, MessagesWaitForTheirTime) {

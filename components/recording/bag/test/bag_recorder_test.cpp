@@ -284,6 +284,36 @@ TEST_F(BagRecorderTest, ItFailsWithItsSource) {
   EXPECT_EQ(reports(statuses)[0].message, "/source failed: its wheels are off");
 }
 
+TEST_F(BagRecorderTest, WithoutAMessageItFailsAndSaysWhatWasAskedAndSeen) {
+  ComponentHarness harness;
+  auto quiet = harness.peer().create_publisher<String>("quiet", QoS::reliable());
+  auto other = harness.peer().create_publisher<String>("other", QoS::reliable());
+  auto& recorder = make(harness, {{"topics", std::vector<std::string>{"quiet", "/absent"}}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  other.publish(text_message("not asked for"));
+  harness.spin();
+  EXPECT_THAT(end(harness, recorder).messages, IsEmpty());
+  ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
+  EXPECT_EQ(reports(statuses)[0].state, MissionStatus::FAILED);
+  EXPECT_THAT(reports(statuses)[0].message,
+              ::testing::AllOf(HasSubstr("asked for topic /absent, /quiet; no message came on "
+                                         "/quiet; published were "),
+                               HasSubstr("/other")));
+}
+
+TEST_F(BagRecorderTest, WhatAsksForAllAndSeesNothingSaysSo) {
+  ComponentHarness harness;
+  auto& recorder = make(harness, {{"regex", "^/imu"}, {"exclude", "raw"}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  EXPECT_THAT(end(harness, recorder).messages, IsEmpty());
+  ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
+  EXPECT_THAT(reports(statuses)[0].message,
+              HasSubstr("asked for topics that match '^/imu', without those that match 'raw'; no "
+                        "such topic was published"));
+}
+
 TEST_F(BagRecorderTest, ItFailsWhenItsSourceFallsSilent) {
   ComponentHarness harness;
   auto& recorder =

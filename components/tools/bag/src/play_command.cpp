@@ -25,6 +25,8 @@ namespace srv = rosbag2_interfaces::srv;
 /// As rosbag2's, so that its services are where they are looked for.
 constexpr const char* kNodeName = "rosbag2_player";
 constexpr double kDefaultClockFrequency = 40.0;
+/// s without anything new: two of the announcements that a participant makes once a second.
+constexpr double kDefaultWait = 2.0;
 /// By which the keys change the rate.
 constexpr double kRateStep = 1.1;
 
@@ -36,6 +38,8 @@ struct Options {
   std::string clock;  ///< Hz, or empty: the default frequency
   bool has_clock = false;
   double delay = 0.0;
+  std::string wait;  ///< s, or empty: the default
+  bool has_wait = false;
   std::vector<std::string> remap;
   std::vector<std::string> topics;
   std::int64_t read_ahead = 1000;
@@ -119,18 +123,17 @@ class KeyboardControl {
   Keyboard keyboard_;
 };
 
-double clock_frequency(const Options& options) {
-  if (!options.has_clock) {
-    return 0.0;
+/// Of an option that may stand without its number; 0 where it is not given.
+double number_of(const char* option, bool is_given, const std::string& text, double otherwise,
+                 const char* what) {
+  if (!is_given || text.empty()) {
+    return is_given ? otherwise : 0.0;
   }
-  if (options.clock.empty()) {
-    return kDefaultClockFrequency;
+  double number = 0.0;
+  if (!CLI::detail::lexical_cast(text, number) || !(number > 0.0)) {
+    throw command_line::CommandError(std::string(option) + ": '" + text + "' is no " + what);
   }
-  double frequency = 0.0;
-  if (!CLI::detail::lexical_cast(options.clock, frequency) || !(frequency > 0.0)) {
-    throw command_line::CommandError("--clock: '" + options.clock + "' is no frequency");
-  }
-  return frequency;
+  return number;
 }
 
 int play(const Options& options) {
@@ -144,8 +147,13 @@ int play(const Options& options) {
       .parameters = {override_of("bag", options.bag), override_of("rate", options.rate),
                      override_of("loop", options.loop),
                      override_of("start_offset", options.start_offset),
-                     override_of("clock_frequency", clock_frequency(options)),
-                     override_of("delay", options.delay), override_of("topics", options.topics),
+                     override_of("clock_frequency",
+                                 number_of("--clock", options.has_clock, options.clock,
+                                           kDefaultClockFrequency, "frequency")),
+                     override_of("delay", options.delay),
+                     override_of("wait", number_of("--wait", options.has_wait, options.wait,
+                                                   kDefaultWait, "time in s")),
+                     override_of("topics", options.topics),
                      override_of("read_ahead_queue_size", options.read_ahead),
                      override_of("qos_overrides", options.qos_overrides),
                      override_of("start_paused", options.start_paused)},
@@ -181,6 +189,12 @@ void add_play_command(CLI::App& app, command_line::Action& action) {
   command->add_option("--delay", options->delay, "Seconds before the first message")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  auto* wait =
+      command
+          ->add_option("--wait", options->wait,
+                       "Begin when all subscriptions that are there are matched, and nothing new "
+                       "has appeared for so many seconds; without a number 2")
+          ->expected(0, 1);
   command->add_option("-m,--remap", options->remap, "Names of topics, OLD:=NEW")->expected(1, -1);
   command->add_option("--topics", options->topics, "Play only these")->expected(1, -1);
   command
@@ -192,8 +206,9 @@ void add_play_command(CLI::App& app, command_line::Action& action) {
   command->add_flag("-p,--start-paused", options->start_paused, "Begin paused");
   command->add_flag("--disable-keyboard-controls", options->no_keyboard,
                     "Leave the terminal's keys alone");
-  command->callback([options, clock, &action] {
+  command->callback([options, clock, wait, &action] {
     options->has_clock = clock->count() > 0;
+    options->has_wait = wait->count() > 0;
     action = [options] { return play(*options); };
   });
 }
