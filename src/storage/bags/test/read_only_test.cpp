@@ -149,7 +149,8 @@ class ReadOnly : public ::testing::TestWithParam<Left> {
 TEST_P(ReadOnly, ReadingChangesNothing) {
   leave(GetParam());
   const auto before = state();
-  EXPECT_EQ(before.contains("mission 1%_0.db3-journal"), GetParam() == Left::kHotJournal);
+  const fs::path journal = file_.string() + "-journal";
+  EXPECT_EQ(fs::exists(journal) && fs::file_size(journal) > 0, GetParam() == Left::kHotJournal);
   for (const fs::path& what : {bag_, file_}) {
     BagReader reader(what);
     EXPECT_EQ(testing::read(reader).size(), expected());

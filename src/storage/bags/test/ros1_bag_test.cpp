@@ -268,6 +268,8 @@ std::string mcap_of_ros1(const std::string& encoding, const std::string& schema_
   append_message_head(file, {.channel = 3, .log_time = 8}, data.size());
   append(file, data);
   append_record(file, Opcode::kDataEnd, [](Bytes& content) { append_number(content, 0U); });
+  append_record(file, Opcode::kFooter,
+                [](Bytes& content) { content.resize(content.size() + kFooterSize, std::byte{0}); });
   append(file, std::as_bytes(std::span(kMagic)));
   return std::string(text_of(file));
 }
