@@ -211,7 +211,7 @@ TEST_F(BagPlayerTest, WaitsForTheSubscriptionsThatAreThere) {
         testing::kPatience);
   };
   bool is_active = false;
-  bring_up(*player, [&](const TransitionResult& result) { is_active = result.success; });
+  pipescout::bring_up(*player, [&](const TransitionResult& result) { is_active = result.success; });
   ASSERT_TRUE(spin_until([&] { return is_active; }));
   // Its complaint comes long after the time that it waits for once all are matched.
   ASSERT_TRUE(spin_until([&] { return said.find("waits for") != std::string::npos; }));
