@@ -79,7 +79,7 @@ void SubscriptionWait::end() {
       silent.insert(topic ? topic->name : publisher->topic().name);
     }
   }
-  std::string text = "playing to " + std::to_string(subscriptions) + " subscriptions";
+  std::string text = "it plays; matched subscriptions: " + std::to_string(subscriptions);
   for (const std::string& topic : silent) {
     text += (topic == *silent.begin() ? "; nobody listens to " : ", ") + topic;
   }

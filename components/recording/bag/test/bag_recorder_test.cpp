@@ -311,7 +311,7 @@ TEST_F(BagRecorderTest, WhatAsksForAllAndSeesNothingSaysSo) {
   ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
   EXPECT_THAT(reports(statuses)[0].message,
               HasSubstr("asked for topics that match '^/imu', without those that match 'raw'; no "
-                        "such topic was published"));
+                        "topic was published by any other node"));
 }
 
 TEST_F(BagRecorderTest, ItFailsWhenItsSourceFallsSilent) {
