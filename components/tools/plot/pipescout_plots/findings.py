@@ -15,6 +15,10 @@ from .labels import Label
 from .recording import Recording
 
 
+LEAK = "#A3196B"
+"""Darker than the purple of other marks: on pipes, which are grey."""
+
+
 @dataclass
 class Findings:
     """Raised when the mission ended, and the true places of a simulation; in the frame of the mission's map."""
@@ -26,7 +30,7 @@ class Findings:
 
     def labels(self, columns: tuple[int, int]) -> list[Label]:
         """At these two coordinates."""
-        return [Label(*place[list(columns)].tolist(), number, style.PURPLE)
+        return [Label(*place[list(columns)].tolist(), number, LEAK)
                 for number, place in zip(self.numbers, self.positions)]
 
     def marks(self, columns: tuple[int, int]) -> list[tuple[float, float]]:
@@ -59,8 +63,8 @@ def draw_findings(axes: Axes, findings: Findings, columns: tuple[int, int], what
         axes.plot(*findings.true_positions[:, list(columns)].T, "o", color=style.BLACK, markerfacecolor="none",
                   markersize=6, markeredgewidth=0.6, linestyle="", zorder=9, label=f"true {what}")
     if len(findings.positions):
-        axes.plot(*findings.positions[:, list(columns)].T, "x", color=style.PURPLE, markersize=4, markeredgewidth=1.0,
-                  linestyle="", zorder=10, label=f"{what} found")
+        axes.plot(*findings.positions[:, list(columns)].T, "X", color=LEAK, markersize=5, markeredgecolor="white",
+                  markeredgewidth=0.5, linestyle="", zorder=10, label=f"{what} found")
 
 
 def _table(recording: Recording, path: Path, texts: tuple[str, ...]) -> Table | None:

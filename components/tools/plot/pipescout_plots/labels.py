@@ -13,6 +13,8 @@ from . import style
 
 _MARK = 3.0
 """Points: half the size of a mark."""
+_APART = 2.0
+"""Points between labels: two numbers side by side must not be read as one."""
 _PLACES = tuple((dx * reach, dy * reach) for reach in (1.0, 2.2, 3.6)
                 for dx, dy in ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1.3), (0, -1.3), (1.3, 0), (-1.3, 0)))
 """Where a label may be, from its point, in the order of preference: multiples of _STEP."""
@@ -62,7 +64,7 @@ def place_labels(axes: Axes, labels: Sequence[Label], marks: Sequence[tuple[floa
             axes.annotate("", (label.x, label.y), where, textcoords="offset points",
                           arrowprops={"arrowstyle": "-", "color": label.colour, "linewidth": 0.4,
                                       "shrinkA": 0, "shrinkB": _MARK}, zorder=11)
-        taken.append(box)
+        taken.append(box.padded(_APART * pixel))
 
 
 def _common(a: Bbox, b: Bbox) -> float:
