@@ -19,7 +19,7 @@ _UNSURE = 0.9
 def draw_ledger(recording: Recording) -> Figure:
     """Rows are welds and other features (docs/weld_ledger.md); joints are between welds."""
     header = read_header(recording.file)
-    optional = [name for name in ("chainage_sd_m", "seen", "passed") if name in header]
+    optional = [name for name in ("chainage_sd_m", "joint_length_sd_m") if name in header]
     table = recording.list(["chainage_m", "joint_length_m", *optional], ["kind"] if "kind" in header else [])
     kinds = table.texts.get("kind", [""] * len(table))
     welds = numpy.array([kind.strip().lower() in ("", "weld") for kind in kinds])
@@ -33,10 +33,11 @@ def draw_ledger(recording: Recording) -> Figure:
         rows = numpy.array(kinds) == kind
         upper.plot(table.numbers["chainage_m"][rows] / unit, numpy.full(rows.sum(), 0.03), "^", color=style.PURPLE,
                    markersize=3, transform=upper.get_xaxis_transform(), label=kind)
-    if "chainage_sd_m" in columns:
-        lower.plot(*decimate(chainage / unit, columns["chainage_sd_m"], style.GROUPS), color=style.BLUE,
-                   label="of the weld's chainage")
-    lower.set_ylim(bottom=0)
+    for name, colour, label in (("joint_length_sd_m", style.VERMILLION, "of the joint's length"),
+                                ("chainage_sd_m", style.BLUE, "of the weld's chainage")):
+        if name in columns:
+            lower.plot(*decimate(chainage / unit, columns[name], style.GROUPS), color=colour, label=label)
+    style.log_axis(lower)
     lower.set_ylabel("standard\ndeviation [m]")
     return _finished(figure, upper, lower)
 
@@ -81,7 +82,7 @@ def _draw_joints(axes: Axes, chainage: numpy.ndarray, lengths: numpy.ndarray) ->
               color=style.BLUE, linewidth=1.2, solid_capstyle="butt", label="joint")
     middle = float(numpy.median(high))
     axes.axhline(middle, color=style.GREY, linewidth=0.5, linestyle=(0, (3, 2)), label=f"median, {middle:.2f} m")
-    axes.set_ylim(0, 1.15 * float(high.max()))
+    axes.margins(y=0.15)
     axes.set_ylabel("length of joint [m]")
 
 
@@ -89,5 +90,5 @@ def _finished(figure: Figure, upper: Axes, lower: Axes) -> Figure:
     figure.align_ylabels()
     for axes, letter in zip((upper, lower), "ab"):
         style.label_panel(axes, letter)
-    style.legend_above(figure, *style.unique_legend(upper, lower), 4)
+    style.legend_above(figure, *style.unique_legend(upper, lower), 3)
     return figure

@@ -95,6 +95,9 @@ def _instead(result: Path) -> str:
     if there:
         return f"it has no tables, and pictures already: {', '.join(map(str, there[:3]))}" + (
             f" and {len(there) - 3} more" if len(there) > 3 else "")
+    reports = [file for file in files if file.name == "report.md"]
+    if reports:
+        return f"it has no tables; {reports[0]} says what came of it"
     return "there are no tables of a mission, of `estimate`, `rack track`, `track`, `inspect` or `ledger` in it"
 
 

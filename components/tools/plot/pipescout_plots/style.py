@@ -15,6 +15,7 @@ import numpy
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 COLUMN = 3.5
 """Width of a column of a paper with two, in inches."""
@@ -126,6 +127,14 @@ def symmetric_limit(values: numpy.ndarray, margin: float = 1.15) -> float:
     finite = numpy.abs(values[numpy.isfinite(values)])
     top = float(finite.max()) * margin if finite.size else 0.0
     return top if top > 0 else 1.0
+
+
+def log_axis(axes: Axes) -> None:
+    """A logarithmic y axis of one or two decades with numbers at 1, 2 and 5 of each."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=6))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def write(picture: Figure, path: Path) -> None:

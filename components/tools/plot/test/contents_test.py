@@ -101,6 +101,7 @@ class Contents(unittest.TestCase):
         for name, text, words in (("bag/mission.mcap", "", "pipescout summary"),
                                   ("map/plant.yaml", "image: p.pgm\nresolution: 0.1\n", "pipescout map show"),
                                   ("drawn/map.png", "", "pictures already: "),
+                                  ("failed/report.md", "# No trajectory\n", "report.md says what came of it"),
                                   ("other/notes.csv", "a,b\n1,2\n", "no tables of a mission")):
             with self.subTest(name):
                 file = self.write(name, text)

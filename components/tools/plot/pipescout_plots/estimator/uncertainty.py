@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import numpy
 from matplotlib.figure import Figure
 
 from .. import style
 from ..recording import Recording
 from .run_data import read_estimates, time_of_run
 
+_SHOWN = 0.9
+"""Of the bands about the height that the axis shows: the widest are of the start."""
 _AXES = (("x", style.BLUE), ("y", style.VERMILLION), ("z", style.GREEN))
 
 
@@ -20,10 +23,12 @@ def draw(recording: Recording) -> Figure:
     z, band = run.positions[:, 2], 2 * run.deviations[:, 2]
     time.band(height, run.times, z - band, z + band, color=style.PALE_BLUE, label="±2σ of z")
     time.line(height, run.times, z, color=style.GREEN)
+    usual = float(numpy.nanquantile(band, _SHOWN))
+    height.set_ylim(z.min() - 1.1 * usual, z.max() + 1.1 * usual)
     height.set_ylabel("z, up [m]")
     for column, (name, colour) in enumerate(_AXES):
         time.line(deviation, run.times, run.deviations[:, column], color=colour, label=name)
-    deviation.set_ylim(bottom=0)
+    style.log_axis(deviation)
     deviation.set_ylabel("standard\ndeviation [m]")
     time.limit(deviation)
     deviation.set_xlabel(time.label)
