@@ -11,8 +11,8 @@ _NONE: frozenset[str] = frozenset()
 
 KINDS = (
     Kind("odometry", "readings of odometers", {"readings.csv": _NONE, "fused.csv": frozenset({"fusion_set"})}, (
-        Picture("readings", "each odometer's readings with their offsets, the distance that they were fused to, "
-                "and which of them were", readings.draw),
+        Picture("readings", "each odometer's readings with the offsets added, the fused distance, and which "
+                "readings were rejected", readings.draw),
     )),
     Kind("odometry", "a run in a pipe", {"fused.csv": frozenset({"support"}), "positions.csv": _NONE,
                                          "welds.csv": _NONE, "eddy_current.csv": _NONE}, (
