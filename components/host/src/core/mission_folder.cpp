@@ -63,9 +63,16 @@ ReservedMissionFolder::~ReservedMissionFolder() {
 
 MissionFolder::MissionFolder(fs::path path) : path_(std::move(path)) {
   std::error_code error;
+  for (auto folder = path_; !folder.empty() && !fs::exists(folder, error);
+       folder = folder.parent_path()) {
+    made_.push_back(folder);
+  }
   fs::create_directories(path_, error);
   if (error) {
     cannot_be_made(path_, error);
+  }
+  for (const auto& entry : fs::directory_iterator(path_, error)) {
+    before_.insert(entry.path());
   }
   // Of two runs only one makes `sections`.
   const bool is_new =
@@ -85,6 +92,22 @@ MissionFolder::MissionFolder(fs::path path) : path_(std::move(path)) {
 
 MissionFolder::~MissionFolder() {
   close(log_);
+}
+
+void MissionFolder::discard() {
+  std::error_code error;
+  std::vector<fs::path> added;
+  for (const auto& entry : fs::directory_iterator(path_, error)) {
+    if (!before_.contains(entry.path())) {
+      added.push_back(entry.path());
+    }
+  }
+  for (const auto& entry : added) {
+    fs::remove_all(entry, error);
+  }
+  for (const auto& folder : made_) {
+    fs::remove(folder, error);
+  }
 }
 
 void MissionFolder::write_composition(const std::string& yaml) const {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/runtime/logger.hpp"
@@ -42,6 +44,10 @@ class MissionFolder {
   ~MissionFolder();
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  /// For a run that did nothing: removes what the folder did not hold when this object was made,
+  /// then the folder and its parents, if this object made them and they are empty. Nothing may be
+  /// written into it any more. What cannot be removed stays.
+  void discard();
   /// Throws std::system_error naming the file.
   void write_composition(const std::string& yaml) const;
   /// Throws std::system_error naming the file.
@@ -52,6 +58,8 @@ class MissionFolder {
 
  private:
   std::filesystem::path path_;
+  std::set<std::filesystem::path> before_;   ///< what the folder held
+  std::vector<std::filesystem::path> made_;  ///< folders, the innermost first
   int log_ = -1;
 };
 

@@ -15,6 +15,8 @@
 
 #include "cli/external_commands.hpp"
 #include "core/versions.hpp"
+#include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
@@ -69,6 +71,22 @@ std::string versions_of(const Composition& composition, const ComponentRegistry&
     packages.insert(registry.find(entry.type).package);
   }
   return versions_yaml(packages, ComponentRegistry::default_prefixes());
+}
+
+bool holds_messages(const fs::path& mission_folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(mission_folder, error)) {
+    if (entry.is_directory(error) && bags::is_bag(entry.path())) {
+      try {
+        if (bags::BagReader(entry.path()).metadata().messages > 0) {
+          return true;
+        }
+      } catch (const bags::BagError&) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 namespace {

@@ -39,6 +39,9 @@ void check_parameter_arguments(const Composition& composition,
 [[nodiscard]] std::string versions_of(const Composition& composition,
                                       const ComponentRegistry& registry);
 
+/// A bag of the mission holds a message, or cannot be read.
+[[nodiscard]] bool holds_messages(const std::filesystem::path& mission_folder);
+
 /// Writes the summary of the sections that components wrote, and prints it. False when it is not
 /// whole or not written; why is on stderr.
 bool finish_summary(const std::filesystem::path& mission_folder);

@@ -155,6 +155,12 @@ class Run {
       executors_->stop();
     }
     End end{.code = failed ? 1 : exit_code()};
+    if (folder_ && failed && !started_ && !holds_messages(folder_->path())) {
+      std::cerr << "nothing was recorded: removed the mission folder " << folder_->path().string()
+                << '\n';
+      folder_->discard();
+      folder_.reset();
+    }
     // Who stops a service does not wait for the tables of hours: `pipescout summary` makes them.
     const bool is_hurried = stopping() && stop_signal_ != SIGINT;
     if (folder_ && !is_hurried) {
@@ -533,6 +539,7 @@ class Run {
       }
     }
     if (!stopping()) {
+      started_ = true;
       const auto status =
           std::to_string(components_.size()) +
           (components_.size() == 1 ? " component is active" : " components are active");
@@ -699,6 +706,7 @@ class Run {
   ComponentRegistry registry_;
   Mission mission_;
   std::optional<MissionFolder> folder_;
+  bool started_ = false;  ///< all components have been active
   std::optional<MissionProgress> progress_;
   command_line::ProgressPrinter progress_printer_;
   std::string broken_;

@@ -374,11 +374,36 @@ TEST_F(Run, FoldersOfRunsOfTheSameSecondDiffer) {
 }
 
 TEST_F(Run, ARefusedStartLeavesNoFolder) {
-  write(
-      "components: [{type: 'pipescout_test::FailingComponent', name: bad, "
-      "parameters: {where: constructor}}]\n");
-  EXPECT_EQ(run_program({"run", "c.yaml"}, folder_).code(), 1);
-  EXPECT_FALSE(fs::exists(folder_ / "missions"));
+  for (const char* where : {"constructor", "configure", "activate"}) {
+    for (const char* isolate : {"", ", isolate: true"}) {
+      const auto label = std::string(where) + isolate;
+      write(failing(where, "throw", isolate));
+      EXPECT_EQ(run_program({"run", "c.yaml"}, folder_).code(), 1) << label;
+      EXPECT_FALSE(fs::exists(folder_ / "missions")) << label;
+      const auto refused = run_program({"run", "c.yaml", "--out", "new/m"}, folder_);
+      EXPECT_EQ(refused.code(), 1) << label;
+      EXPECT_FALSE(fs::exists(folder_ / "new")) << label << refused.err;
+    }
+  }
+  EXPECT_THAT(run_program({"run", "c.yaml", "--out", "m"}, folder_).err,
+              HasSubstr("nothing was recorded: removed the mission folder " +
+                        (folder_ / "m").string() + "\n"));
+}
+
+TEST_F(Run, ARefusedStartLeavesAFolderAsItWas) {
+  write(failing("activate", "throw"));
+  fs::create_directories(folder_ / "m/own");
+  write("of the user", "m/own/notes");
+  EXPECT_EQ(run().code(), 1);
+  EXPECT_TRUE(fs::exists(folder_ / "m/own/notes"));
+  const fs::directory_iterator entries(folder_ / "m");
+  EXPECT_EQ(std::distance(fs::begin(entries), fs::end(entries)), 1);
+}
+
+TEST_F(Run, AMissionThatFailsOnItsWayIsKept) {
+  write(failing("timer", "throw") + "complete_when: [bad]\n");
+  EXPECT_EQ(run().code(), 1);
+  EXPECT_TRUE(fs::exists(folder_ / "m/mission.log"));
 }
 
 TEST_F(Run, AnIsolatedComponentHasAProcessOfItsOwnAndTalksOverTheNetwork) {

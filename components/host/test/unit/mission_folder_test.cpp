@@ -150,6 +150,29 @@ TEST_F(MissionFolderTest, DoesNotMixTwoMissions) {
   EXPECT_THROW(MissionFolder(root_ / "file"), MissionFolderError);
 }
 
+TEST_F(MissionFolderTest, DiscardsWhatItMade) {
+  {
+    MissionFolder folder(root_ / "a" / "b");
+    folder.write_composition("name: x\n");
+    fs::create_directories(root_ / "a/b/bag");
+    folder.discard();
+  }
+  EXPECT_TRUE(fs::is_empty(root_));
+  write("c/notes", "of the user");
+  {
+    MissionFolder folder(root_ / "c");
+    folder.write_composition("name: x\n");
+    folder.discard();
+  }
+  EXPECT_EQ(read("c/notes"), "of the user");
+  EXPECT_FALSE(fs::exists(root_ / "c/mission.yaml"));
+  EXPECT_FALSE(fs::exists(root_ / "c/sections"));
+  write("d/notes", "of the user");
+  { MissionFolder(root_ / "d/e").discard(); }
+  EXPECT_TRUE(fs::exists(root_ / "d/notes"));
+  EXPECT_FALSE(fs::exists(root_ / "d/e"));
+}
+
 TEST_F(MissionFolderTest, IsReservedWithTheTimeInItsName) {
   const Time time(std::chrono::seconds(1772357400));
   {
