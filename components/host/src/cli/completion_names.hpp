@@ -6,9 +6,10 @@
 
 namespace pipescout::host {
 
-/// What `complete` asks for: types and packages of this installation; nodes, containers, topics and
-/// services of the running system, as many as are found within a second. Throws what Session
-/// throws.
+/// The names of a kind, which is the name that commands give to their arguments: types, packages
+/// and component classes ("plugin") of this installation; nodes, containers, topics, services and
+/// actions of the running system, as many as are found within a second. None of a kind that it does
+/// not know. Throws what Session throws.
 [[nodiscard]] std::vector<std::string> completion_names(const std::string& kind);
 
 }  // namespace pipescout::host

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <map>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "cli/command.hpp"
 #include "pipescout/runtime/component_registry.hpp"
@@ -58,12 +60,18 @@ std::vector<fs::path> folders_of(const fs::path& prefix) {
   return folders;
 }
 
-std::string summary_of(const fs::path& prefix, std::string_view name) {
+ExternalCommand described(std::string name, fs::path executable, const fs::path& prefix) {
   std::ifstream stream(prefix / "share/pipescout/commands" / name);
-  std::string line;
-  std::getline(stream, line);
-  return line;
+  std::string summary;
+  std::string second;
+  std::getline(stream, summary);
+  std::getline(stream, second);
+  return {std::move(name), std::move(executable), std::move(summary), second == "completion"};
 }
+
+constexpr std::array kProjectCommands{
+#include "project_commands.inc"
+};
 
 }  // namespace
 
@@ -89,14 +97,13 @@ std::optional<ExternalCommand> find_external_command(std::string_view name,
   for (const auto& prefix : places.prefixes) {
     for (const auto& folder : folders_of(prefix)) {
       if (is_executable(folder / file)) {
-        return ExternalCommand{std::string(name), folder / file, summary_of(prefix, name)};
+        return described(std::string(name), folder / file, prefix);
       }
     }
   }
   for (const auto& folder : places.folders) {
     if (is_executable(folder / file)) {
-      return ExternalCommand{std::string(name), folder / file,
-                             summary_of(folder.parent_path(), name)};
+      return described(std::string(name), folder / file, folder.parent_path());
     }
   }
   return std::nullopt;
@@ -112,7 +119,7 @@ std::vector<ExternalCommand> list_external_commands(const ExternalCommandPlaces&
       }
       const auto name = file_name.substr(kPrefix.size());
       if (can_be_a_name(name)) {
-        commands.try_emplace(name, ExternalCommand{name, file, summary_of(prefix, name)});
+        commands.try_emplace(name, described(name, file, prefix));
       }
     }
   };
@@ -129,6 +136,10 @@ std::vector<ExternalCommand> list_external_commands(const ExternalCommandPlaces&
     list.push_back(std::move(command));
   }
   return list;
+}
+
+std::span<const ProjectCommand> project_commands() {
+  return kProjectCommands;
 }
 
 void become(const ExternalCommand& command, const std::vector<std::string>& arguments) {

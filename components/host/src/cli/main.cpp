@@ -6,16 +6,18 @@
 #include <vector>
 
 #include "cli/command.hpp"
-#include "cli/completion.hpp"
 #include "cli/completion_names.hpp"
 #include "cli/external_commands.hpp"
+#include "pipescout/command_line/completion.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
 namespace pipescout::host {
 namespace {
 
 constexpr const char* kHelp = "help";
-constexpr const char* kComplete = "__complete";  // for environment/completion.bash alone
+// For environment/completion.bash alone, as kComplete: the names of a kind.
+constexpr const char* kNames = "__names";
+using command_line::kComplete;
 
 /// A value such as -1 or -.inf, which is no option.
 bool is_negative_number(const std::string& text) {
@@ -65,13 +67,73 @@ void add_external_commands(CLI::App& app, const ExternalCommandPlaces& places) {
 /// Prints what a shell offers for the last word: "__complete -- topic ec".
 int print_completions(CLI::App& app, std::vector<std::string> words) {
   words.erase(words.begin(), words.begin() + std::min<std::ptrdiff_t>(2, std::ssize(words)));
+  if (words.size() > 1 && words.front() == kHelp) {
+    words.erase(words.begin());
+  }
   if (words.size() <= 1) {
     add_external_commands(app, external_command_places());
+  } else if (!has_command(app, words.front())) {
+    const auto command = find_external_command(words.front(), external_command_places());
+    if (command && command->completes) {
+      words.front() = "--";
+      words.insert(words.begin(), kComplete);
+      become(*command, words);
+    }
+    return kExitOk;
   }
-  for (const auto& word : complete(app, words, completion_names)) {
+  auto completion = command_line::complete(app, words);
+  if (!completion.kind.empty()) {
+    const auto names =
+        command_line::beginning_with(words.back(), completion_names(completion.kind));
+    completion.words.insert(completion.words.end(), names.begin(), names.end());
+  }
+  for (const auto& word : completion.words) {
     std::cout << word << '\n';
   }
   return kExitOk;
+}
+
+int print_names(const std::vector<std::string>& words) {
+  for (const auto& name : completion_names(words.size() > 1 ? words[1] : "")) {
+    std::cout << name << '\n';
+  }
+  return kExitOk;
+}
+
+/// Those whose packages are not built, as "reproduce (pipescout_reproduce)".
+std::string commands_not_built(const CLI::App& app) {
+  std::string list;
+  for (const auto& command : project_commands()) {
+    if (!has_command(app, std::string(command.name))) {
+      list += (list.empty() ? "" : ", ") + std::string(command.name) + " (" +
+              std::string(command.package) + ")";
+    }
+  }
+  return list;
+}
+
+/// What to say of a command that is not there.
+std::string unknown_command(const CLI::App& app, const std::string& name) {
+  for (const auto& command : project_commands()) {
+    if (command.name == name) {
+      const std::string package(command.package);
+      return "unknown command '" + name + "': it comes with the package " + package +
+             ", which is not built here. In the root of the project: colcon build "
+             "--packages-up-to " +
+             package;
+    }
+  }
+  auto names = command_names(app);
+  for (const auto& command : project_commands()) {
+    names.emplace_back(command.name);
+  }
+  const auto near = command_line::suggestion(name, names);
+  return "unknown command '" + name + "'" +
+         (near.empty() ? ": no executable pipescout-" + name +
+                             " is in bin/ or lib/PACKAGE/ of AMENT_PREFIX_PATH and "
+                             "CMAKE_PREFIX_PATH, or in PATH."
+                       : near) +
+         " Run with --help for the list of commands.";
 }
 
 int run(const std::vector<std::string>& words) {
@@ -98,21 +160,22 @@ int run(const std::vector<std::string>& words) {
   if (!words.empty() && words.front() == kComplete) {
     return print_completions(app, words);
   }
+  if (!words.empty() && words.front() == kNames) {
+    return print_names(words);
+  }
   if (words.empty() || words.front().starts_with('-')) {
     add_external_commands(app, external_command_places());
+    if (const auto missing = commands_not_built(app); !missing.empty()) {
+      app.footer("Subcommands whose packages are not built: " + missing);
+    }
   } else if (!has_command(app, words.front())) {
     const auto places = external_command_places();
     if (const auto command = find_external_command(words.front(), places)) {
       become(*command, {words.begin() + 1, words.end()});
     }
     add_external_commands(app, places);
-    if (command_line::suggestion(words.front(), command_names(app)).empty()) {
-      std::cerr << "unknown command '" << words.front() << "': no executable pipescout-"
-                << words.front()
-                << " is in bin/ or lib/PACKAGE/ of AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH, or in "
-                   "PATH. Run with --help for the list of commands.\n";
-      return kExitUsage;
-    }
+    std::cerr << unknown_command(app, words.front()) << '\n';
+    return kExitUsage;
   }
   return command_line::run_command(app, action, words);
 }

@@ -140,6 +140,59 @@ TEST_F(ExternalCommand, OneThatIsNotThere) {
                                   HasSubstr("executable pipescout-absent")));
 }
 
+TEST_F(ExternalCommand, OneThatIsNotBuiltIsNamedWithItsPackage) {
+  const auto run_alone = [this](std::vector<std::string> words) {
+    words.insert(words.begin(), {"-i", PIPESCOUT_PROGRAM});
+    return ::pipescout::testing::run_program("/usr/bin/env", words, folder_.path());
+  };
+  const auto finished = run_alone({"estimate", "bag", "--out", "x"});
+  EXPECT_EQ(finished.code(), 2);
+  EXPECT_EQ(
+      finished.err,
+      "unknown command 'estimate': it comes with the package pipescout_estimate, which is not "
+      "built here. In the root of the project: colcon build --packages-up-to "
+      "pipescout_estimate\n");
+  EXPECT_THAT(run_alone({"estimat"}).err, HasSubstr("did you mean 'estimate'?"));
+  EXPECT_THAT(run_alone({"--help"}).out,
+              AllOf(HasSubstr("packages are not built: "), HasSubstr("map (pipescout_map)")));
+}
+
+TEST_F(ExternalCommand, AnswersAShellIfItsPackageSaysSo) {
+  EXPECT_EQ(run({"__complete", "--", "count"}).out, "count_words\n");
+  EXPECT_EQ(run({"__complete", "--", "help", "count"}).out, "count_words\n");
+  EXPECT_EQ(run({"__complete", "--", "count_words", "--o"}).out, "");
+  std::ofstream(fs::path(TEST_PREFIX) / "share/pipescout/commands/count_words")
+      << "Count the words behind it\ncompletion\n";
+  EXPECT_EQ(run({"__complete", "--", "count_words", "a b", "--o"}).out,
+            "4 words\n<__complete>\n<-->\n<a b>\n<--o>\n");
+  EXPECT_THAT(run({"__complete", "--", "help", "count_words", "x"}).out, StartsWith("3 words\n"));
+}
+
+TEST_F(ExternalCommand, BashOffersWhatTheProgramSays) {
+  std::ofstream(fs::path(TEST_PREFIX) / "share/pipescout/commands/count_words")
+      << "Count the words behind it\ncompletion\n";
+  add("count_words", "echo $#/$4; echo --format=png; echo @type");
+  // The words of the line as bash takes them apart.
+  const auto offered = [this](const std::string& line, const std::vector<std::string>& words) {
+    std::vector<std::string> arguments{
+        "-c",
+        "COMP_LINE=$1; shift; source '" COMPLETION "'; COMP_WORDS=('" PIPESCOUT_PROGRAM
+        "' \"$@\"); COMP_CWORD=$#; _pipescout_complete; printf '%s\\n' \"${COMPREPLY[@]}\"",
+        "bash", line};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    return ::pipescout::testing::run_program("/bin/bash", arguments, folder_.path()).out;
+  };
+  static_cast<void>(
+      run({"--version"}));  // has set the environment in which the commands of the tests are found
+  EXPECT_EQ(offered("pipescout count", {"count"}), "count_words\n");
+  EXPECT_EQ(offered("pipescout count_words std_srvs/srv/T", {"count_words", "std_srvs/srv/T"}),
+            "3/\n--format=png\nstd_srvs/srv/Trigger\n");
+  // In the place of what stands behind the sign.
+  EXPECT_EQ(
+      offered("pipescout count_words a --format=p", {"count_words", "a", "--format", "=", "p"}),
+      "4/--format=p\npng\n");
+}
+
 TEST_F(ExternalCommand, OneThatCannotBeStarted) {
   const auto file = fs::path(TEST_PREFIX) / "bin/pipescout-listen";
   std::ofstream(file) << "#!/no/such/interpreter\n";

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
+#include <string_view>
 
 #include "pipescout/files/testing/temporary_folder.hpp"
 
@@ -66,6 +68,25 @@ TEST_F(ExternalCommands, AreListedOnceWithTheirSummary) {
   EXPECT_THAT(listed(), ElementsAre("ask-me: path/pipescout-ask-me",
                                     "dig_2: second/lib/tools/pipescout-dig_2",
                                     "weigh: first/bin/pipescout-weigh (Weigh the robot)"));
+}
+
+TEST_F(ExternalCommands, SayWhetherTheyAnswerAShell) {
+  add("first/bin/pipescout-weigh");
+  add("first/share/pipescout/commands/weigh", "Weigh the robot\ncompletion\n");
+  add("first/bin/pipescout-dig");
+  add("first/share/pipescout/commands/dig", "Dig\n");
+  EXPECT_TRUE(find_external_command("weigh", places())->completes);
+  EXPECT_FALSE(find_external_command("dig", places())->completes);
+}
+
+TEST(ProjectCommands, AreThoseOfThePackagesBesideTheHost) {
+  std::map<std::string_view, std::string_view> packages;
+  for (const auto& command : project_commands()) {
+    packages[command.name] = command.package;
+  }
+  EXPECT_EQ(packages["estimate"], "pipescout_estimate");
+  EXPECT_EQ(packages["plot"], "pipescout_plot");  // is no C++
+  EXPECT_FALSE(packages.contains("command_line"));
 }
 
 TEST_F(ExternalCommands, OtherFilesAreNone) {

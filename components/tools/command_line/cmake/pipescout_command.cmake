@@ -4,8 +4,8 @@
 #
 # The executable pipescout-<name>, which `pipescout` runs as `pipescout <name>`; the target is
 # pipescout_<name>_command. <summary>, one line, goes into the list of commands that `pipescout --help`
-# shows; the sources, src/main.cpp by default, see it as PIPESCOUT_SUMMARY. Installed and exported by
-# pipescout_export_package().
+# shows; the sources, src/main.cpp by default, see it as PIPESCOUT_SUMMARY. They call command_main(), which answers
+# a shell that completes words, and so the list says. Installed and exported by pipescout_export_package().
 function(pipescout_add_command name summary)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES;DEPENDENCIES")
   if(NOT arg_SOURCES)
@@ -23,6 +23,6 @@ function(pipescout_add_command name summary)
   pipescout_export_target(${target})
 
   set(summary_file ${CMAKE_CURRENT_BINARY_DIR}/pipescout_commands/${name})
-  file(CONFIGURE OUTPUT ${summary_file} CONTENT "${summary}\n" @ONLY)
+  file(CONFIGURE OUTPUT ${summary_file} CONTENT "${summary}\ncompletion\n" @ONLY)
   install(FILES ${summary_file} DESTINATION ${CMAKE_INSTALL_DATADIR}/pipescout/commands)
 endfunction()

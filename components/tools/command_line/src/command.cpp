@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "pipescout/command_line/completion.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 
 namespace pipescout::command_line {
@@ -124,7 +125,12 @@ int command_main(const std::string& description, const std::string& name,
     CLI::App app(description, name);
     Action action;
     add_commands(app, action);
-    return run_command(app, action, words_of(argc, argv));
+    const auto words = words_of(argc, argv);
+    if (!words.empty() && words.front() == kComplete) {
+      print_completions(app, words);
+      return kExitOk;
+    }
+    return run_command(app, action, words);
   } catch (const std::exception& error) {
     std::cerr << "error: " << error.what() << '\n';
     return kExitError;

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from .completion import COMPLETE, completions
 
 SUBJECTS = {
     "odometry": "odometers, welds and positions in the pipe, lists of welds and ledgers",
@@ -27,6 +28,10 @@ OPTIONS_WITH_A_VALUE = ("--out", "--format")
 
 
 def main(arguments: Sequence[str]) -> int:
+    if arguments[:1] == [COMPLETE]:
+        for word in completions(_parser(), SUBJECTS, arguments[2:]):
+            print(word)
+        return 0
     options = _parse(arguments)
     try:
         result = importlib.import_module(".result", __package__)
@@ -35,7 +40,7 @@ def main(arguments: Sequence[str]) -> int:
     return result.draw(options)
 
 
-def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+def _parser() -> argparse.ArgumentParser:
     subjects = "\n".join(f"  {name:11} {what}" for name, what in SUBJECTS.items())
     parser = argparse.ArgumentParser(
         prog="pipescout plot", allow_abbrev=False, usage="%(prog)s [-h] [SUBJECT] RESULT [--out DIR] [--format svg|png]",
@@ -48,6 +53,11 @@ def _parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the plots; default: RESULT/pictures")
     parser.add_argument("--format", choices=("svg", "png"), default="svg",
                         help="format of the plots except animations, which are GIF; default: %(default)s")
+    return parser
+
+
+def _parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = _parser()
     options = parser.parse_intermixed_args(_with_values_joined(arguments))
     words = options.words
     if not words or (len(words) == 1 and words[0] in SUBJECTS and not Path(words[0]).exists()):

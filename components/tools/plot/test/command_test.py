@@ -59,6 +59,24 @@ class PlotCommand(unittest.TestCase):
         return done.stdout, done.stderr
 
 
+class Completing(PlotCommand):
+    """What a shell asks when the user presses the tab key."""
+
+    def complete(self, *words: str) -> list[str]:
+        return self.plot("__complete", "--", *words)[0].split()
+
+    def test_subjects_options_and_values(self):
+        self.assertEqual(self.complete("od"), ["odometry"])
+        self.assertEqual(self.complete("rack", "--f"), ["--format"])
+        self.assertEqual(self.complete("rack", "--format", ""), ["png", "svg"])
+        self.assertEqual(self.complete("--format=s"), ["--format=svg"])
+        self.assertEqual(self.complete("--format", "png", "ra"), ["rack"])
+
+    def test_leaves_files_to_the_shell(self):
+        self.assertEqual(self.complete("rack", ""), [])
+        self.assertEqual(self.complete("--out", ""), [])
+
+
 @needs_matplotlib
 class Drawing(PlotCommand):
     def test_prints_the_path_of_each_picture(self):

@@ -51,7 +51,8 @@ using Action = std::function<int()>;
 /// argv as the words behind the program's name.
 [[nodiscard]] std::vector<std::string> words_of(int argc, char** argv);
 
-/// The body of `main`: adds the commands of an executable to `app` and runs what argv asks for.
+/// The body of `main`: adds the commands of an executable to `app` and runs what argv asks for, or
+/// answers a shell that asks how a word can be completed (completion.hpp).
 /// Exceptions of `add_commands` are errors like those of actions.
 [[nodiscard]] int command_main(
     const std::string& description, const std::string& name,
