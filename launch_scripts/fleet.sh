@@ -7,7 +7,7 @@
 #
 # Robot K has the namespace robot_K and the address 10.77.0.K, the station 10.77.0.254. Loss, delay and rate hold for
 # each robot's link, in each direction; with --shared the rate is that of one radio channel for all robots and both
-# directions. pipescout_link_emulator (package pipescout_fleet) makes them: the kernel needs no netem. The link of robot
+# directions. pipescout_link_emulator (a package of that name) makes them: the kernel needs no netem. The link of robot
 # K is the interface to_robot_K of the bridge where the fleet's first process is: "nsenter -t 1 -n ip link set to_robot_K
 # down" from within cuts it, "nomaster" takes the robot out of reach, "master bridge" back; with --apart all begin out of
 # reach. Ends with the station command, or, without one, when it is interrupted.
@@ -128,7 +128,11 @@ fi
 tools=(ip unshare setpriv pipescout)
 [ ${#links[@]} -eq 0 ] || tools+=(pipescout_link_emulator)
 for tool in "${tools[@]}"; do
-  command -v "$tool" >/dev/null || fail "$tool is not on PATH" 1
+  command -v "$tool" >/dev/null && continue
+  case $tool in
+    pipescout*) fail "$tool is not on PATH; launch_scripts/build_product.sh builds it, 'source install/setup.bash' puts it there" 1 ;;
+    *) fail "$tool is not on PATH" 1 ;;
+  esac
 done
 
 PIPESCOUT_FLEET_INSIDE=1 setpriv --pdeathsig KILL unshare --net --mount --ipc --pid --fork --mount-proc --kill-child \
