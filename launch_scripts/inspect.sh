@@ -63,7 +63,7 @@ list() {
 # A text in YAML, whatever is in it.
 text() { printf "'%s'" "${1//\'/\'\'}"; }
 
-readings="" reference="" out="" parameters=()
+readings="" reference="" out="" sigma=false parameters=()
 while [ $# -gt 0 ]; do
   option=$1
   case $option in
@@ -80,6 +80,7 @@ while [ $# -gt 0 ]; do
   esac
   case $option in
     --sigma) value=$(list "$option" "$value") || exit 2
+      sigma=true
       parameters+=(--param "odometer_replay.standard_deviations:=$value") ;;
     --offsets) value=$(list "$option" "$value") || exit 2
       parameters+=(--param "odometry_fusion.offsets:=$value") ;;
@@ -103,6 +104,12 @@ while [ $# -gt 0 ]; do
 done
 if [ -n "$reference" ] && [ -z "$readings" ]; then
   wrong "--reference goes with a file of your own readings"
+fi
+
+# Said now, not after the build. The file may be UTF-16.
+if [ -n "$readings" ] && ! $sigma &&
+  [ "$(head -n 5 "$readings" | tr -d '\0' | grep -c standard_deviation)" = 0 ]; then
+  wrong "--sigma A,B,... is missing: the standard deviation of each odometer, m; '$readings' has no columns NAME.standard_deviation"
 fi
 
 composition=$root/launch_scripts/odometry.yaml
@@ -149,17 +156,7 @@ else
     mkdir -p install
     rm -f "$stamp"
     touch "$stamp.new"
-    # shellcheck source=launch_scripts/build_environment.sh
-    source launch_scripts/build_environment.sh
-    colcon build \
-      --packages-up-to pipescout_host pipescout_ledger pipescout_plot pipescout_inspect pipescout_reproduce \
-      pipescout_summary pipescout_bag pipescout_bag_recording pipescout_odometer_replay \
-      pipescout_odometry_fusion pipescout_weld_locator pipescout_crawler_simulation \
-      pipescout_rack_localizer pipescout_visual_servo pipescout_rack_simulation \
-      pipescout_state_estimator pipescout_patrol_simulation pipescout_leak_inspector \
-      pipescout_thermal_tracker pipescout_camera_arm pipescout_navigator \
-      --cmake-args -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF \
-      ${CI:+-DCMAKE_COMPILE_WARNING_AS_ERROR=ON}
+    launch_scripts/build_product.sh
     mv "$stamp.new" "$stamp"
   )
 fi
@@ -187,7 +184,7 @@ share() {
 
 step "Mission: odometer readings"
 pipescout run "$composition" "${arguments[@]}" "${parameters[@]}" --out "$out"
-pictures=("$out")
+missions=("$out")
 
 if $with_simulations; then
   step "Mission: a crawler in a pipe"
@@ -200,25 +197,29 @@ if $with_simulations; then
   pipescout ledger align "$crawler_out/crawler/welds.csv" "$tally" --columns "$columns" \
     --name crawler --date "$now" --out "$crawler_out/ledger.csv" \
     --report "$crawler_out/alignment.csv"
-  pictures+=("$crawler_out")
 
   step "Mission: a UAV over a rack of pipes"
   pipescout run "$root/launch_scripts/rack.yaml" --out "$rack_out"
 
   step "Mission: a patrol through a plant of collectors"
   pipescout run "$root/launch_scripts/patrol.yaml" --out "$patrol_out"
+  missions+=("$crawler_out" "$rack_out" "$patrol_out")
 fi
 
 step "Pictures"
-for folder in "${pictures[@]}"; do
-  pipescout plot odometry "$folder"
+first=() notes=$(mktemp)
+trap 'rm -f "$notes"' EXIT
+for folder in "${missions[@]}"; do
+  drawn=$(pipescout plot "$folder" 2>"$notes") || { cat "$notes" >&2; exit 1; }
+  echo "$folder/pictures:"
+  # "path<tab>what it shows", the one to open first first.
+  while IFS=$'\t' read -r picture shows; do
+    printf '  %-30s %s\n' "$(basename "$picture")" "$shows"
+  done <<<"$drawn"
+  first+=("${drawn%%$'\n'*}")
 done
-if $with_simulations; then
-  pipescout plot rack "$rack_out"
-  pipescout plot estimator "$crawler_out"
-  pipescout plot estimator "$rack_out"
-  pipescout plot estimator "$patrol_out"
-  pipescout plot tracking "$patrol_out"
-  pipescout plot navigation "$patrol_out"
-  echo "Leaks, to look at and to hand on: $patrol_out/report/report.html"
-fi
+
+printf '\nDone in %d min %d s. Open first:\n' $((SECONDS / 60)) $((SECONDS % 60))
+! $with_simulations || first=("$patrol_out/report/report.html"$'\t'"the leaks that the patrol found: to look at and to hand on" "${first[@]}")
+for each in "${first[@]}"; do printf '  %s\n      %s\n' "${each%%$'\t'*}" "${each#*$'\t'}"; done
+printf 'Then: source install/setup.bash; pipescout --help. With your own data: README.md, "Where to go next".\n'

@@ -4,8 +4,8 @@
 #
 #   launch_scripts/package.sh [--no-build] [--out DIR] [--version VERSION] [PACKAGE...]
 #
-# --no-build: from the workspace as it is built. DIR: build/package/debs by default. VERSION: by default 0.1.0 and
-# the revision. PACKAGE: only these packages of the workspace and what they need, and the host. On the robot:
+# --no-build: from the workspace as it is built, by inspect.sh or build_product.sh, for example. DIR: build/package/debs
+# by default. VERSION: by default 0.1.0 and the revision. PACKAGE: only these packages of the workspace and what they need, and the host. On the robot:
 #
 #   apt install ./pipescout-*.deb && systemctl enable --now pipescout@crawler
 set -euo pipefail
@@ -38,16 +38,9 @@ for tool in dpkg-deb dpkg-shlibdeps fakeroot strip colcon; do
 done
 [ -n "$version" ] || version=0.1.0+git$(git log -1 --format=%cd.%h --date=format:%Y%m%d 2>/dev/null || echo 0)
 
-# shellcheck source=launch_scripts/build_environment.sh
-source launch_scripts/build_environment.sh
-names=()
-[ ${#selected[@]} -eq 0 ] || names=(pipescout_host "${selected[@]}")
-if $build; then
-  choice=()
-  [ ${#names[@]} -eq 0 ] || choice=(--packages-up-to "${names[@]}")
-  colcon build --event-handlers console_start_end- --base-paths idl interfaces src components "${choice[@]}" \
-    --cmake-args -DCMAKE_BUILD_TYPE=Release >&2
-fi
+[ ${#selected[@]} -eq 0 ] || selected=(pipescout_host "${selected[@]}")
+! $build || launch_scripts/build_product.sh "${selected[@]}" >&2
+mapfile -t names < <(launch_scripts/build_product.sh --list "${selected[@]}")
 
 stage=$work/stage
 rm -rf "$stage"

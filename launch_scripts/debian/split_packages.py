@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Divides an install tree among the Debian packages: split_packages.py TREE BUILD STAGE [PACKAGE...]
+"""Divides an install tree among the Debian packages: split_packages.py TREE BUILD STAGE PACKAGE...
 
 TREE is an install folder of colcon, BUILD the folder with its install manifests, one per package of the
-workspace; with PACKAGE... only these and what they need, also to be built. Each file goes to
+workspace. PACKAGE... are packed, and what they need. Each file goes to
 STAGE/PACKAGE/usr/...: of a workspace package that `pipescout` itself needs to pipescout-runtime, of
 components and what they need to pipescout-components, of subcommands and what they need to
 pipescout-tools; headers and what CMake needs of all of them to pipescout-dev.
@@ -82,10 +82,11 @@ def main():
     packages = workspace()
     manifests = {file.parent.name: file for file in build.glob("*/install_manifest.txt")
                  if file.parent.name in packages}
-    wanted = closure(packages, sys.argv[4:]) if sys.argv[4:] else set(packages)
+    wanted = closure(packages, sys.argv[4:])
     missing = wanted - set(manifests)
     if missing:
-        sys.exit(f"error: {build}: not built: {', '.join(sorted(missing))}")
+        sys.exit(f"error: {build}: not built: {', '.join(sorted(missing))}; "
+                 "launch_scripts/build_product.sh builds them")
     manifests = {name: file for name, file in manifests.items() if name in wanted}
     taken, elves = {}, []
     for name, debian in sorted(owners(packages, set(manifests)).items()):

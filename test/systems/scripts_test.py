@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs launch_scripts/inspect.sh, test/run.sh and test/sanitize.sh as a user does, in a copy of the
-project that holds the scripts only: nothing is installed or built there.
+"""Runs launch_scripts/inspect.sh, setup.sh and build_product.sh, test/run.sh and test/sanitize.sh as a user does, in
+a copy of the project that holds the scripts only: nothing is installed or built there.
 
     scripts_test.py CASE PROJECT SCRATCH
 """
@@ -26,6 +26,14 @@ echo "colcon $*" >>"$COLCON_LOG"
 case " $* " in
   *" list "*) printf 'one\ntwo\n' ;;
   *" build "*)
+    printf 'Starting >>> %s\nFinished <<< %s [1.0s]\n' one one
+    if [ -n "${FAKE_BUILD_FAILURE:-}" ]; then
+      mkdir -p log/latest_build/two
+      echo "two.cpp:1: error: no such thing" >log/latest_build/two/stdout_stderr.log
+      printf 'Starting >>> two\nFailed   <<< two [1.0s, exited with code 2]\n'
+      exit 2
+    fi
+    printf 'Starting >>> %s\nFinished <<< %s [1.0s]\n' two two
     mkdir -p "$base/one" "$base/two" "$base/../install" install
     touch "$base/../install/local_setup.bash" "$base/two/CTestTestfile.cmake"
     if [ -z "${FAKE_UNBUILT:-}" ]; then
@@ -48,6 +56,18 @@ cat >"$1" <<END
 END
 [ -z "${FAKE_FAILURE:-}" ] && [ -z "${FAKE_CRASH:-}" ]
 '''
+# Takes the place of apt-get where one of two missing packages needs a newer libc6.
+APT_GET = '''#!/usr/bin/env bash
+case " $* " in
+  *" update "*) echo "noise of the lists"; echo "dlstatus:1:50.0:Retrieving" >&3 ;;
+  *" -s "*) printf 'Inst libc6 [2.36-9] (2.36-10 Debian:12 [amd64])\\nInst make (4.3 Debian:12 [amd64])\\n' ;;
+  *" --assume-no "*) printf 'Need to get 12 MB of archives.\\nAfter this operation, 40 MB of additional disk.\\n'; exit 1 ;;
+  *" install "*)
+    echo "Unpacking noise"
+    printf 'pmstatus:make:%s:x\\n' 30.0 100.0 >&3
+    [ -z "${FAKE_FAILURE:-}" ] || { echo "E: no space left"; exit 100; } ;;
+esac
+'''
 # Takes the place of pipescout where only what it is asked matters.
 PIPESCOUT = '''#!/usr/bin/env bash
 printf '%s\\n' "ROS_LOCALHOST_ONLY=${ROS_LOCALHOST_ONLY:-}" "$@"
@@ -63,6 +83,7 @@ WRONG_COMMAND_LINES = [
     (["--epsilon", "half"], "--epsilon: 'half' is not a number"),
     (["--period=1s"], "--period: '1s' is not a number"),
     (["--rate", "nan"], "--rate: 'nan' is not a number"),
+    (["own.csv"], "--sigma A,B,... is missing"),
     (["--reference", "paper"], "--reference goes with a file of your own readings"),
 ]
 
@@ -71,7 +92,7 @@ class Project:
     """A copy of the scripts, as if all packages were installed and built."""
 
     def __init__(self, origin, folder):
-        self.folder = folder
+        self.origin, self.folder = origin, folder
         folder.mkdir()
         shutil.copytree(origin / "launch_scripts", folder / "launch_scripts")
         (folder / "test").mkdir()
@@ -158,7 +179,38 @@ def inspect_builds_what_changed(project):
     source.touch()
     os.utime(source, ns=(built + 10**9, built + 10**9))
     project.run(inspect)
-    expect_in(project.colcon_calls(), "pipescout_host")
+    expect_in(project.colcon_calls(), "colcon build")
+
+
+def build_shows_progress(project):
+    build = "launch_scripts/build_product.sh"
+    told = project.run(build)
+    expect_in(told, "1 of 2 packages", "Built 2 packages in 0 min")
+    expect_in(project.colcon_calls(), "--base-paths idl interfaces src components")
+    assert "Finished" not in told and "Starting" not in told, told
+    expect_in(project.run(build, code=2, FAKE_BUILD_FAILURE="1"), "Failed   <<< two",
+              "two is not built; the end of", "two.cpp:1: error: no such thing")
+    assert project.run(build, "--list") == "one\ntwo\n"
+
+
+def setup_is_quiet(project):
+    shutil.copy(project.origin / "launch_scripts/setup.sh", project.folder / "launch_scripts/setup.sh")
+    (project.folder / "launch_scripts/apt-packages.txt").write_text("# Build\nmake\ng++\ngit\n")
+    project.program("programs/dpkg-query", "#!/usr/bin/env bash\necho git installed\n")
+    project.program("programs/apt-get", APT_GET)
+    project.program("programs/sudo", '#!/usr/bin/env bash\nexec "$@"\n')
+    setup = "launch_scripts/setup.sh"
+    told = project.run(setup)
+    expect_in(told, "2 of 3 packages are missing: make g++\n", " 50 % downloading\n", "  libc6 2.36-9 -> 2.36-10\n",
+              "Installing 2 packages and what they need, 1 in all (12 MB to download, 40 MB on disk)\n",
+              " 30 % installing make\n", "Installed 2 packages.\n")
+    assert told.index("libc6") < told.index("Installing"), "what is upgraded is named before"
+    assert "noise" not in told, told
+    log, = (project.folder / "log").glob("setup_*.log")
+    expect_in(log.read_text(), "noise of the lists", "Unpacking noise", "Inst libc6")
+    log.unlink()
+    expect_in(project.run(setup, code=1, FAKE_FAILURE="1"), "not everything could be installed; the end of",
+              "E: no space left")
 
 
 def inspect_paper(project):
@@ -236,8 +288,8 @@ def main():
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir(parents=True)
     cases = {function.__name__: function for function in (
-        inspect_command_line, inspect_environment, inspect_builds_what_changed, inspect_paper,
-        inspect_hostile_paths, inspect_bad_readings, run_counts_tests, run_misses_tests,
+        inspect_command_line, inspect_environment, inspect_builds_what_changed, build_shows_progress,
+        setup_is_quiet, inspect_paper, inspect_hostile_paths, inspect_bad_readings, run_counts_tests, run_misses_tests,
         sanitize_judges_tests, misspelt_packages)}
     cases[case](Project(origin.resolve(), scratch.resolve() / "project"))
 
