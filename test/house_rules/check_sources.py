@@ -285,6 +285,18 @@ def packages_are_described():
         yield f"docs/packages.md: {folder} is {'missing' if folder in folders else 'no package'}"
 
 
+def pages_show_tested_code():
+    """A class or a main function on a page of docs/ stands, word by word, in the package of that page."""
+    for page in tracked():
+        folder = page.removesuffix(".md")
+        if re.fullmatch(r"docs/\w+\.md", page) and (ROOT / folder).is_dir():
+            tested = "\n".join(read(name) for name in sources(folder + "/"))
+            for code in re.findall(r"^```cpp\n(.*?)^```$", read(page), re.MULTILINE | re.DOTALL):
+                if re.match(r"struct |class ", code) or "int main(" in code:
+                    if code not in tested:
+                        yield f"{page}: not in {folder}: {code.splitlines()[0]} ..."
+
+
 def formatting():
     """clang-format has nothing to change."""
     names = [name for name in sources() if pathlib.Path(name).suffix != ".in"]
@@ -312,7 +324,8 @@ RULES = [
     packages_stand_where_their_kind_is, includes_run_one_way, dependencies_run_one_way,
     fast_dds_in_one_place, files_stay_small, randomness_is_seeded,
     tests_do_not_sleep, libraries_do_not_ask_the_locale, nothing_is_left_open, sources_carry_the_licence,
-    packages_declare_what_they_use, packages_are_described, formatting, no_private_places,
+    packages_declare_what_they_use, packages_are_described, pages_show_tested_code, formatting,
+    no_private_places,
 ]
 
 

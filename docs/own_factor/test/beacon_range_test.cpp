@@ -3,16 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <heap_guard.hpp>
-#include <iterator>
 #include <limits>
 #include <pipescout/estimation/fixed_lag_smoother.hpp>
 #include <random>
-#include <string>
 
 namespace {
 
@@ -134,18 +130,6 @@ TEST_F(BeaconRangeTest, WhatIsNotFiniteIsLeftOut) {
   EXPECT_EQ(count(Outcome::kQuarantined), 1U);
   nowhere.stamp = std::numeric_limits<double>::infinity();
   EXPECT_EQ(smoother_.add(AnyFactor(nowhere, own_kind(0))), Outcome::kNotFinite);
-}
-
-std::string content(const char* file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-TEST(OwnFactorPage, ShowsTheFactorThatIsTestedInAtMost25Lines) {
-  const std::string header = content(HEADER);
-  const std::string factor = header.substr(header.find("struct BeaconRange"));
-  EXPECT_NE(content(PAGE).find("```cpp\n" + factor + "```"), std::string::npos);
-  EXPECT_LE(std::ranges::count(factor, '\n'), 25);
 }
 
 TEST_F(BeaconRangeTest, NothingIsAllocated) {
