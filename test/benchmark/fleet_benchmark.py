@@ -24,6 +24,15 @@ state_p99_ms             age of the states of twenty robots, four of which send 
                          20 ms, with PIPESCOUT_NETWORK=wifi:1 and a discovery server; a lost state
                          counts with the age that it has when the next one comes
 lost_findings            numbered findings of these robots that never came
+duplicate_names_started  robots that started although another one of their name ran, or both of two that were started
+                         together: on one machine (loopback), of --names starts
+duplicate_names_lossy    the same on four hosts whose links lose 5 % and delay by 20 ms
+events_lost              of the numbered events (QoS of `weld`) of all robots, those that never came to a station
+                         that was there before --events outages of 30 s each; all links at once, so that
+                         20 outages of four robots take five times 30 s
+late_events_missing      of the events that robots kept before a station came, those that it does not
+                         have 10 s after its first one, over links that lose 5 % and delay by 20 ms, with
+                         the default network profile
 away_megabytes           growth of the memory of a robot that nobody can reach: by default for 60 s
                          with ten times as many messages as usual, as many as in ten minutes;
                          above 90 s with the usual ones, of which 1000 findings are kept
@@ -34,6 +43,7 @@ Builds what it runs.
 """
 import argparse
 import json
+import os
 import pathlib
 import statistics
 import subprocess
@@ -54,11 +64,16 @@ TARGETS = {"discovery_server_s": 5.0, "discovery_multicast_s": 10.0,
            "discovery_bytes_percent": 2.0, "recovery_p100_s": 3.0, "recovery_lost_findings": 0,
            "recovery_server_p100_s": 3.0,
            "wifi_state_p99_ms": 100.0, "state_p99_ms": 100.0, "lost_findings": 0,
+           "duplicate_names_started": 0, "duplicate_names_lossy": 0, "events_lost": 0,
+           "late_events_missing": 0,
            "away_megabytes": 20.0, "publish_p99_ratio": 1.2}
 LOSSY = ("--loss", "5", "--delay", "20", "--rate", "20", "--shared")
 WITH_IMAGES = 4  # robots of the lossy channel
 SLOW = ("--rate", "1")
 STATE_PERIOD = 0.1  # s
+LOSSY_LINKS = ("--loss", "5", "--delay", "20")
+EVENT_OUTAGE = 30.0  # s, longer than the 20 s in which participants forget each other
+NAME_TAKEN = 69  # exit code of `pipescout run`
 LONGEST_AT_TEN_TIMES = 90.0  # s, in which the findings are fewer than a robot keeps
 
 
@@ -149,6 +164,118 @@ def measure_recovery(options):
     station.stop()
     return {"outages_s": [round(each, 3) for each in outages], "lost_findings": lost,
             "kills_s": [round(each, 3) for each in kills]}
+
+
+def start_named(name, host, log):
+    """A robot of a name on a host of the fleet, or on this one with loopback alone."""
+    pathlib.Path(log).unlink(missing_ok=True)
+    command = ["pipescout", "run", COMPOSITION, "--namespace", name]
+    if host:
+        return fleet.start_on_host(host, *command, log=log)
+    with open(log, "ab") as output:
+        return subprocess.Popen(list(map(str, command)), stdout=output, stderr=output,
+                                env=os.environ | {"ROS_LOCALHOST_ONLY": "1"})
+
+
+def is_active(log):
+    return "components are active" in pathlib.Path(log).read_text()
+
+
+def measure_names(options):
+    """Robots whose name another one has, and pairs of robots of one new name, round by round."""
+    hosts = [None] * options.robots if options.local else \
+        [f"robot_{k}" for k in range(1, options.robots + 1)]
+    holders = []
+    if options.local:
+        # As robots that run before; those of fleet.sh hear nobody on the loopback interface.
+        holders = [start_named(f"robot_{k}", None, f"holder_{k}.log")
+                   for k in range(1, options.robots + 1)]
+        fleet.wait_until(lambda: all(is_active(f"holder_{k}.log")
+                                     for k in range(1, options.robots + 1)), LONG,
+                         "the holders do not start")
+    else:
+        station = fleet.Station(options.robots)
+        station.await_all(LONG)
+        station.stop()
+    counts = {"starts": 0, "duplicates": 0, "pairs": 0, "pairs_of_which_none_started": 0,
+              "other_exit_codes": 0}
+    seconds = []
+    turn = 0
+    while counts["starts"] < options.names:
+        turn += 1
+        # Each robot's name once more on the next host; and new names, each on two hosts.
+        late = [(f"robot_{k + 1}", hosts[(k + 1) % len(hosts)], f"late_{k}.log")
+                for k in range(len(hosts))]
+        pairs = [(f"new_{turn}_{k}", hosts[k + way], f"new_{k}_{way}.log")
+                 for k in range(0, len(hosts) - 1, 2) for way in (0, 1)]
+        begin = time.monotonic()
+        running = {each[2]: start_named(*each) for each in late + pairs}
+        fleet.wait_until(lambda: all(process.poll() is not None or is_active(log)
+                                     for log, process in running.items()), LONG,
+                         "a start neither succeeds nor fails")
+        seconds.append(time.monotonic() - begin)
+        counts["starts"] += len(late) + len(pairs) // 2
+        counts["pairs"] += len(pairs) // 2
+        counts["duplicates"] += sum(is_active(log) for _, _, log in late)
+        for one, other in zip(pairs[::2], pairs[1::2]):
+            active = is_active(one[2]) + is_active(other[2])
+            counts["duplicates"] += active == 2
+            counts["pairs_of_which_none_started"] += active == 0
+        for log, process in running.items():
+            if process.poll() is None:
+                process.terminate()
+            elif process.returncode != NAME_TAKEN:
+                counts["other_exit_codes"] += 1
+                print(pathlib.Path(log).read_text(), flush=True)
+        for process in running.values():
+            process.wait(LONG)
+    for holder in holders:
+        assert holder.poll() is None, "a holder has ended"
+        holder.terminate()
+        holder.wait(LONG)
+    return counts | {"median_turn_s": round(statistics.median(seconds), 2)}
+
+
+def measure_events(options):
+    """Outages of all links at once."""
+    station = fleet.Station(options.robots)
+    station.await_all(LONG)
+    fleet.wait_until(lambda: station.heard_since(0.0, topic="finding"), LONG, "no events come")
+    first = {robot: min(station.findings[robot]) for robot in station.robots}
+    outages = 0
+    while outages < options.events:
+        for robot in range(1, options.robots + 1):
+            fleet.set_link(robot, False)
+        time.sleep(EVENT_OUTAGE)  # No event: the links are down so long.
+        for robot in range(1, options.robots + 1):
+            fleet.set_link(robot, True)
+        up = time.monotonic()
+        station.await_all(LONG)
+        fleet.wait_until(lambda: station.heard_since(up, topic="finding"), LONG, "no events come")
+        outages += options.robots
+    last = {robot: max(station.findings[robot]) for robot in station.robots}
+    # What has not come long after a later one never will.
+    time.sleep(10.0)  # No event: the time of three heartbeats of the default profile.
+    lost = {robot: station.missing_findings(robot, first[robot], last[robot])
+            for robot in station.robots}
+    station.stop()
+    return {"outages": outages, "events": sum(last[robot] - first[robot] + 1 for robot in last),
+            "lost": sum(map(len, lost.values())), "repeated": station.repeated}
+
+
+def measure_late(options):
+    """A station that comes when robots have kept events for a while."""
+    await_robots(options.robots)
+    time.sleep(70.0)  # No event: as many events as that are kept.
+    station = fleet.Station(options.robots)
+    fleet.wait_until(lambda: station.heard_since(0.0, topic="finding"), LONG, "no events come")
+    heard = time.monotonic()
+    last = {robot: max(station.findings[robot]) for robot in station.robots}
+    time.sleep(max(0.0, heard + 10.0 - time.monotonic()))  # No event: the time that it gets.
+    missing = {robot: station.missing_findings(robot, 0, last[robot]) for robot in station.robots}
+    station.stop()
+    return {"kept": sum(last.values()) + len(last), "missing": sum(map(len, missing.values())),
+            "repeated": station.repeated}
 
 
 def measure_wifi(options):
@@ -291,11 +418,12 @@ def measure_slow_reader(options):
 
 
 MEASUREMENTS = {each.__name__: each for each in
-                (measure_discovery, measure_recovery, measure_restarts, measure_wifi, measure_lossy,
+                (measure_discovery, measure_names, measure_events, measure_late, measure_recovery, measure_restarts, measure_wifi, measure_lossy,
                  measure_away, measure_slow_reader)}
 
 
-def in_fleet(options, measurement, robots, env, server=False, composition=COMPOSITION, links=()):
+def in_fleet(options, measurement, robots, env, server=False, composition=COMPOSITION, links=(),
+             local=False):
     """Brings a fleet up, and gives what the measurement in its station gives."""
     with tempfile.TemporaryDirectory(prefix="pipescout_fleet_") as scratch:
         result = pathlib.Path(scratch) / "result.json"
@@ -303,6 +431,8 @@ def in_fleet(options, measurement, robots, env, server=False, composition=COMPOS
                    "--robots", robots, "--outages", options.outages, "--outage", options.outage,
                    "--kills", options.kills, "--restarts", options.restarts, "--away",
                    options.away, "--sample", options.sample, "--turns", options.turns]
+        station += ["--names", options.names, "--events", options.events]
+        station += ["--local"] if local else []
         station += ["--server"] if server else []
         station += ["--traffic", options.traffic.resolve()] if options.traffic else []
         code = fleet.run(robots, composition, station, pathlib.Path(scratch) / "fleet", env,
@@ -328,7 +458,11 @@ def main():
                         help="s for which states and images are looked at (default: 20)")
     parser.add_argument("--turns", type=int, default=3,
                         help="with and without a slow reader (default: 3)")
-    parts = ("discovery", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
+    parser.add_argument("--names", type=int, default=200,
+                        help="starts of robots whose name is taken (default: 200)")
+    parser.add_argument("--events", type=int, default=20,
+                        help="outages of 30 s in which events happen (default: 20)")
+    parts = ("discovery", "names", "events", "recovery", "restarts", "wifi", "lossy", "away", "slow_reader")
     parser.add_argument("--traffic", metavar="FILE", type=pathlib.Path,
                         help="records the lossy channel, or with --only discovery that by "
                         "multicast (and by server in FILE.server), for test/fleet/traffic.py")
@@ -338,6 +472,7 @@ def main():
     parser.add_argument("--inside", choices=list(MEASUREMENTS), help=argparse.SUPPRESS)
     parser.add_argument("--result", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--server", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--local", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.inside:
         options.result.write_text(json.dumps(MEASUREMENTS[options.inside](options)))
@@ -364,6 +499,22 @@ def main():
             figures[f"discovery_{way}_s"] = found[way]["complete_s"]
         figures["discovery_bytes_percent"] = round(
             100.0 * found["server"]["megabytes"] / found["multicast"]["megabytes"], 2)
+    if "names" in options.only:
+        for name, links in (("duplicate_names_started", ()), ("duplicate_names_lossy", LOSSY_LINKS)):
+            found = in_fleet(options, "measure_names", 4, env, links=links, local=not links)
+            rows.append({"case": "names that are taken", "links": " ".join(links) or "loopback"} |
+                        found)
+            print(rows[-1], flush=True)
+            figures[name] = found["duplicates"]
+    if "events" in options.only:
+        found = in_fleet(options, "measure_events", 4, env)
+        rows.append({"case": "events and outages", "robots": 4, "outage_s": EVENT_OUTAGE} | found)
+        print(rows[-1], flush=True)
+        figures["events_lost"] = found["lost"]
+        found = in_fleet(options, "measure_late", 4, env, links=LOSSY_LINKS)
+        rows.append({"case": "a late station", "links": " ".join(LOSSY_LINKS)} | found)
+        print(rows[-1], flush=True)
+        figures["late_events_missing"] = found["missing"]
     if "recovery" in options.only:
         found = in_fleet(options, "measure_recovery", 4, env)
         rows.append({"case": "recovery", "robots": 4, "outage_s": options.outage} | found)

@@ -158,6 +158,7 @@ class Station:
         self.numbered = collections.defaultdict(dict)  # likewise, by their numbers
         self.publish_times = collections.defaultdict(list)  # of the images of a robot, s
         self.findings = collections.defaultdict(set)
+        self.repeated = 0  # findings that came more than once
         self.times = collections.defaultdict(list)  # of the states of a robot
         self.started = time.monotonic()
         self.process = subprocess.Popen(["fleet_station", str(robots)], stdout=subprocess.PIPE,
@@ -171,6 +172,7 @@ class Station:
             with self.lock:
                 self.last[robot, topic] = float(moment)
                 if topic == "finding":
+                    self.repeated += int(number) in self.findings[robot]
                     self.findings[robot].add(int(number))
                 elif topic == "state":
                     self.ages[robot].append(float(age))
@@ -195,6 +197,11 @@ class Station:
         """How long after that moment a state came."""
         with self.lock:
             return next(each for each in self.times[robot] if each > moment) - moment
+
+    def missing_findings(self, robot, first, last):
+        """Of those from `first` to `last`, both included."""
+        with self.lock:
+            return sorted(set(range(first, last + 1)) - self.findings[robot])
 
     def lost_findings(self, robot):
         with self.lock:

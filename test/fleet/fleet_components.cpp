@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
@@ -52,7 +53,7 @@ class FleetRobot : public Component {
  protected:
   CallbackReturn on_configure() override {
     states_ = create_publisher<nav_msgs::msg::Odometry>("state", QoS::reliable(1));
-    findings_ = create_publisher<std_msgs::msg::Header>("finding", QoS::latched(1000));
+    findings_ = create_publisher<std_msgs::msg::Header>("finding", pipescout::topics::kEvents);
     batteries_ =
         create_publisher<sensor_msgs::msg::BatteryState>("battery_state", QoS::sensor_data(1));
     state_timer_ =

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/catalogue/topics.hpp"
 #include "pipescout/dds/dds_transport.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/executor.hpp"
@@ -33,7 +34,7 @@ class Station {
                   message.header.stamp);
           }));
       findings_.push_back(node.create_subscription<std_msgs::msg::Header>(
-          "/" + name + "/finding", QoS::latched(1000),
+          "/" + name + "/finding", pipescout::topics::kEvents,
           [this, name](const std_msgs::msg::Header& message) {
             print(name, "finding", message.frame_id, message.stamp);
           }));

@@ -24,6 +24,7 @@ import fleet
 ROBOTS = 4
 NAMES = [f"robot_{k}" for k in range(1, ROBOTS + 1)]
 SKIPPED = 77
+NAME_TAKEN = 69  # exit code of `pipescout run`
 LONG = 60.0  # s, for what takes a second or a few on an idle machine
 DELAY = 0.02  # s, of the lossy links
 LEASE = 20.0  # s, after which participants forget one that is silent
@@ -205,23 +206,31 @@ def sizes_that_arrive(sizes):
 
 
 def names(station):
-    """A robot of a name that is taken is refused; two that meet later are named on /diagnostics."""
+    """A robot of a name that is taken is refused; of two that meet later the later one gives way."""
     station.await_all()
     refused = start_robot(1, host="robot_4")
-    assert refused.wait(LONG) != 0
+    assert refused.wait(LONG) == NAME_TAKEN
     assert "has a node /robot_1/" in pathlib.Path("again_1.log").read_text()
     fleet.set_reach(4, False)
     fleet.wait_until(lambda: not fleet_knows("robot_4"), LONG, "robot_4 is still known")
     second = start_robot(1, host="robot_4")
+    said = lambda: pathlib.Path("again_1.log").read_text()  # noqa: E731
     try:
-        fleet.wait_until(lambda: "components are active" in
-                         pathlib.Path("again_1.log").read_text(), LONG, "it did not start")
+        fleet.wait_until(lambda: "components are active" in said(), LONG, "it did not start")
+        begin = time.monotonic()
         fleet.set_reach(4, True)
-        fleet.wait_until(lambda: "2 nodes have the name /robot_1/" in status()["robot_1"]["message"],
-                         LONG, "nobody says that there are two robots of one name")
+        fleet.wait_until(lambda: "the components become inactive" in said(), LONG,
+                         "the later one does not give way")
+        fleet.wait_until(lambda: "this one gives way" in status()["robot_1"]["message"], LONG,
+                         "it does not say so on /diagnostics")
+        # The earlier one goes on as if nothing had been.
+        station.await_all(robots=["robot_1"])
+        print(f"the later one gave way {time.monotonic() - begin:.2f} s after they met", flush=True)
     finally:
         second.terminate()
-        second.wait(LONG)
+        code = second.wait(LONG)
+    assert code == NAME_TAKEN, code
+    station.await_all(robots=["robot_1"])
 
 
 def fleet_knows(name):

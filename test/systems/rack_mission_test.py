@@ -22,12 +22,7 @@ OFFSETS_FOUND = 3.0  # s, from the first pose
 
 
 def run(composition, folder, *arguments):
-    # Simulated time is everybody's in a domain, unless the topic is the mission's own.
-    text = composition.read_text()
-    own = folder.parent / composition.name
-    own.write_text(text.replace("    parameters:", "    remappings: {/clock: clock}\n"
-                                                   "    parameters:"))
-    pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
+    pipescout("run", composition, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
 
 
 def tracked_since(folder):

@@ -23,11 +23,7 @@ WIDTH, HEIGHT = 1.2, 1.5  # m
 
 
 def run(composition, folder, *arguments):
-    # Simulated time is everybody's in a domain, unless the topic is the mission's own.
-    own = folder.parent / composition.name
-    own.write_text(composition.read_text().replace("    parameters:", "    remappings: {/clock: clock}\n"
-                                                                      "    parameters:"))
-    pipescout("run", own, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
+    pipescout("run", composition, "--namespace", NAMESPACE, "--out", folder, *arguments, timeout=TIMEOUT)
 
 
 def is_near(value, wanted, share):

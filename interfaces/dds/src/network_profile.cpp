@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "network_profile.hpp"
 
+#include <fastdds/rtps/attributes/WriterAttributes.h>
 #include <fastdds/rtps/flowcontrol/FlowControllerDescriptor.hpp>
 
 #include <algorithm>
@@ -45,7 +46,9 @@ constexpr std::array<std::string_view, 3> kLargeTypes{"sensor_msgs::msg::dds_::I
                                                       "sensor_msgs::msg::dds_::CompressedImage_",
                                                       "sensor_msgs::msg::dds_::PointCloud2_"};
 
-// How soon a reliable writer that has nothing new to say notices what was lost. 3 s by default.
+// How soon a reliable writer that has nothing new to say notices what was lost: 3 s with Fast DDS,
+// in which a late comer that lost the one datagram with all that was kept for it has nothing. While
+// all have acknowledged, there are no heartbeats.
 const eprosima::fastrtps::Duration_t kSoonHeartbeat{0, 500'000'000};
 // How often a reader asks a writer that it has heard nothing of, which with a discovery server may
 // not know the reader for some seconds. 70 ms by default, for each pair of reader and writer.
@@ -111,17 +114,20 @@ void apply(const NetworkProfile& profile, std::string_view type, fastdds::DataWr
     reliable.times.nackSupressionDuration = kGraphNackSuppression;
     reliable.disable_heartbeat_piggyback = true;
   }
+  const bool is_reliable = qos.reliability().kind == fastdds::RELIABLE_RELIABILITY_QOS;
+  // Unless the user's profile of the topic has chosen.
+  if (is_reliable && reliable.times.heartbeatPeriod == rtps::WriterTimes().heartbeatPeriod) {
+    reliable.times.heartbeatPeriod = kSoonHeartbeat;
+  }
   if (profile.kind != NetworkProfile::Kind::kWifi) {
     return;
   }
   qos.publish_mode().kind = fastdds::ASYNCHRONOUS_PUBLISH_MODE;
-  if (qos.reliability().kind == fastdds::BEST_EFFORT_RELIABILITY_QOS) {
+  if (!is_reliable) {
     qos.publish_mode().flow_controller_name = kBulkFlow;
     if (std::find(kLargeTypes.begin(), kLargeTypes.end(), type) != kLargeTypes.end()) {
       qos.properties().properties().emplace_back(kPriorityProperty, kLastPriority);
     }
-  } else {
-    reliable.times.heartbeatPeriod = kSoonHeartbeat;
   }
 }
 

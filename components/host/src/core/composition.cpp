@@ -90,7 +90,7 @@ class Reader {
   void check_root(const YAML::Node& root) const {
     check_keys(root, "a composition",
                {"name", "arguments", "executor", "robot_description", "include", "components",
-                "export", "complete_when", "summary"});
+                "remappings", "export", "complete_when", "summary"});
   }
 
   void read_contents(const YAML::Node& root) {
@@ -101,6 +101,7 @@ class Reader {
     } else if (!root["include"]) {
       fail(root, "key 'components' is missing");
     }
+    read_common_remappings(root["remappings"]);
     read_exports(root["export"]);
     read_complete_when(root["complete_when"]);
     if (root["summary"] && !root["summary"].IsNull()) {
@@ -423,7 +424,7 @@ class Reader {
       read_parameters(node["parameters"], entry);
     }
     if (node["remappings"]) {
-      read_remappings(node["remappings"], entry);
+      read_remappings(node["remappings"], entry.remappings);
     }
     if (node["log_level"]) {
       const auto level = text(node["log_level"], "'log_level'");
@@ -555,7 +556,18 @@ class Reader {
     std::move(overrides.begin(), overrides.end(), std::back_inserter(entry.parameters));
   }
 
-  void read_remappings(const YAML::Node& node, ComponentEntry& entry) const {
+  /// Of all components of this file, included ones too; of several rules for one name the first
+  /// counts, which is that of the component itself.
+  void read_common_remappings(const YAML::Node& node) {
+    if (!node || node.IsNull()) {
+      return;
+    }
+    for (std::size_t k = first_component_; k < composition_.components.size(); ++k) {
+      read_remappings(node, composition_.components[k].remappings);
+    }
+  }
+
+  void read_remappings(const YAML::Node& node, RemapRules& rules) const {
     if (!node.IsMap()) {
       fail(node, "'remappings' must be a map of names to new names");
     }
@@ -563,11 +575,11 @@ class Reader {
       const auto rule =
           item.first.Scalar() + ":=" + text(item.second, "the new name of a remapping");
       try {
-        entry.remappings.push_back(RemapRule::parse(rule));
+        rules.push_back(RemapRule::parse(rule));
       } catch (const InvalidName& error) {
         fail(item.first, error.what());
       }
-      const auto kind = entry.remappings.back().kind;
+      const auto kind = rules.back().kind;
       if (kind == RemapRule::Kind::kNodeName || kind == RemapRule::Kind::kNamespace) {
         fail(item.first, "a component is renamed by its 'name' and 'namespace'");
       }

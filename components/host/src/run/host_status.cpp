@@ -115,7 +115,8 @@ diagnostic_msgs::msg::DiagnosticStatus HostStatus::process(const std::vector<pid
   return status;
 }
 
-diagnostic_msgs::msg::DiagnosticStatus HostStatus::network(const Graph& graph) const {
+diagnostic_msgs::msg::DiagnosticStatus HostStatus::network(const Graph& graph,
+                                                           const std::string& error) const {
   doctor::Observation seen;
   seen.nodes = graph.nodes();
   std::erase_if(seen.nodes, [this](const NodeName& node) {
@@ -123,6 +124,10 @@ diagnostic_msgs::msg::DiagnosticStatus HostStatus::network(const Graph& graph) c
   });
   seen.endpoints = graph.endpoints();
   auto status = make_status(name_ + ": network");
+  if (!error.empty()) {
+    status.level = static_cast<std::uint8_t>(DiagnosticLevel::kError);
+    status.message = error;
+  }
   for (const auto& check : {doctor::check_node_names, doctor::check_clock_publishers}) {
     for (const auto& finding : check(seen)) {
       status.level = static_cast<std::uint8_t>(DiagnosticLevel::kError);

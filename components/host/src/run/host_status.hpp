@@ -24,8 +24,9 @@ class HostStatus {
   /// Of this process and its children; the CPU time is that since the last call.
   [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus process(const std::vector<pid_t>& children,
                                                                SteadyTime now);
-  /// Nodes of the same names, and several publishers of one clock.
-  [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus network(const Graph& graph) const;
+  /// Nodes of the same names, and several publishers of one clock; and `error`, unless it is empty.
+  [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus network(const Graph& graph,
+                                                               const std::string& error = {}) const;
 
  private:
   std::string name_;

@@ -112,12 +112,14 @@ class Replay {
         registry_);
     if (replay_.record) {
       // First, so that it is the last to end.
-      recorder_ = load({.class_name = kRecorderClass,
-                        .name = {container_->node().node_name().ns, "replay_recorder"},
-                        .parameter_overrides = {parameter("output", *replay_.record),
-                                                parameter("storage", "mcap"),
-                                                parameter("repeatable", true)}})
-                      .component;
+      recorder_ =
+          load({.class_name = kRecorderClass,
+                .name = {container_->node().node_name().ns, "replay_recorder"},
+                .remap_rules = {RemapRule::parse(std::string(topics::kClock.name) + ":=" + clock_)},
+                .parameter_overrides = {parameter("output", *replay_.record),
+                                        parameter("storage", "mcap"),
+                                        parameter("repeatable", true)}})
+              .component;
     }
     for (const auto& entry : mission_.composition.components) {
       LoadRequest request;
@@ -175,18 +177,32 @@ class Replay {
     settle();
   }
 
+  /// The topic of the time that all components follow, as the composition remaps it.
+  [[nodiscard]] std::string clock_topic() const {
+    std::set<std::string> clocks;
+    for (const auto& entry : mission_.composition.components) {
+      clocks.insert(resolve_topic_name(topics::kClock.name, entry.name, entry.remappings));
+    }
+    if (clocks.size() > 1) {
+      throw StartError(mission_.composition.path + ": the components follow the clocks " +
+                       *clocks.begin() + " and " + *clocks.rbegin() +
+                       "; replay the robots one by one");
+    }
+    return clocks.empty() ? std::string(topics::kClock.name) : *clocks.begin();
+  }
+
   /// The components never see the time leap from zero to that of the recording.
   void set_first_time() {
     auto first = Time(Duration(reader_->metadata().starting_time));
-    const std::string clock(topics::kClock.name);
-    reader_->set_filter({.topics = std::vector{clock}});
+    clock_ = clock_topic();
+    reader_->set_filter({.topics = std::vector{clock_}});
     if (const auto message = reader_->next()) {
       const auto content = deserialize(message_type<rosgraph_msgs::msg::Clock>(), message->data);
       if (content) {
         first = from_message(static_cast<const rosgraph_msgs::msg::Clock*>(content.get())->clock);
       }
     }
-    context_->simulated_clock(clock)->set(first);
+    context_->simulated_clock(clock_)->set(first);
   }
 
   /// All are configured before one is active: what is read, and what is recorded, is known then.
@@ -244,7 +260,7 @@ class Replay {
     inputs_.resize(reader_->topics().size());
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
       const auto& topic = reader_->topics()[i];
-      const bool is_clock = topic.name == topics::kClock.name;
+      const bool is_clock = topic.name == clock_;
       if (!is_clock && (!wanted.contains(topic.name) || own.contains(topic.name))) {
         continue;
       }
@@ -265,7 +281,8 @@ class Replay {
     }
     reader_->set_filter({.topics = std::move(inputs)});
     if (!has_clock_) {
-      clock_publisher_ = container_->node().create_publisher(topics::kClock, {.managed = false});
+      clock_publisher_ = container_->node().create_publisher<rosgraph_msgs::msg::Clock>(
+          clock_, topics::kClock.qos, {.managed = false});
     }
     settle();
   }
@@ -312,7 +329,7 @@ class Replay {
 
   /// A bag without /clock: the time is that of its messages, and stops for each timer on the way.
   void advance_clock(Time to) {
-    const auto clock = context_->simulated_clock();
+    const auto clock = context_->simulated_clock(clock_);
     while (is_running()) {
       const auto due = clock->next_due();
       if (!due || *due >= to || *due <= clock->now()) {
@@ -372,7 +389,8 @@ class Replay {
   std::shared_ptr<Component> recorder_;
   std::vector<GenericPublisher> inputs_;  // by the bag's index; empty: not read
   Publisher<rosgraph_msgs::msg::Clock> clock_publisher_;
-  bool has_clock_ = false;
+  std::string clock_;
+  bool has_clock_ = false;  // the bag
 };
 
 }  // namespace

@@ -25,6 +25,7 @@
 #include "run/host_node.hpp"
 #include "run/host_status.hpp"
 #include "run/mission.hpp"
+#include "run/name_keeper.hpp"
 #include "run/service_manager.hpp"
 
 namespace pipescout::host {
@@ -36,10 +37,6 @@ constexpr Duration kComponentGrace = std::chrono::milliseconds(1500);
 /// For the components of a mission that has ended by itself: nobody waits, and what was recorded
 /// may have to wait for a busy disk.
 constexpr Duration kGraceAfterTheEnd = std::chrono::seconds(30);
-/// How long a new participant may take to find those that are there already: mostly 0.15 s.
-constexpr Duration kDiscovery = std::chrono::milliseconds(300);
-/// Those of other machines, whose announcements may be lost and come again after a second.
-constexpr Duration kDiscoveryOverNetwork = std::chrono::milliseconds(1500);
 constexpr Duration kDiagnosticsPeriod = std::chrono::seconds(1);
 /// While a fleet comes up, the graph changes all the time.
 constexpr Duration kLeastBetweenLooks = std::chrono::milliseconds(200);
@@ -154,7 +151,7 @@ class Run {
     if (executors_) {
       executors_->stop();
     }
-    End end{.code = failed ? 1 : exit_code()};
+    End end{.code = names_ && names_->has_lost() ? kExitNameTaken : failed ? 1 : exit_code()};
     if (folder_ && failed && !started_ && !holds_messages(folder_->path())) {
       std::cerr << "nothing was recorded: removed the mission folder " << folder_->path().string()
                 << '\n';
@@ -199,8 +196,10 @@ class Run {
       start_again_ = true;
       kill(getpid(), SIGTERM);
     };
+    dds.announcements = std::make_shared<Announcements>();
     context_ = Context::create(create_dds_transport(dds));
-    refuse_taken_names(dds.localhost_only ? kDiscovery : kDiscoveryOverNetwork);
+    names_.emplace(mission_.composition, dds, *context_, loop_);
+    names_->await([this] { return stopping(); }, kGrace);
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },
         .warn = [this](const std::string& text) { container_->node().logger().warn(text); }});
@@ -230,31 +229,6 @@ class Run {
     }
     wait_for_children();
     check_parameters();
-  }
-
-  /// A component on the network that another process runs already.
-  [[nodiscard]] const ComponentEntry* taken() const {
-    const auto nodes = context_->graph().nodes();
-    const auto& entries = mission_.composition.components;
-    const auto found = std::find_if(entries.begin(), entries.end(), [&](const auto& entry) {
-      return std::binary_search(nodes.begin(), nodes.end(), entry.name);
-    });
-    return found == entries.end() ? nullptr : &*found;
-  }
-
-  /// Two missions that share names would take each other's messages for their own.
-  void refuse_taken_names(Duration discovery) {
-    const auto news = context_->graph().on_changed([this] { loop_.post([] {}); });
-    const auto start = steady_now();
-    loop_.run_until([&] { return stopping() || taken() != nullptr; }, start + discovery);
-    // It may be a mission that is just ending.
-    loop_.run_until([&] { return stopping() || taken() == nullptr; }, start + kGrace);
-    if (const auto* entry = taken(); entry != nullptr && !stopping()) {
-      throw StartError(entry->location + ": another process in this DDS domain has a node " +
-                       entry->name.fully_qualified() +
-                       " already; give this composition another namespace (--namespace) or another "
-                       "ROS_DOMAIN_ID");
-    }
   }
 
   void load(Running& component) {
@@ -357,6 +331,11 @@ class Run {
                   std::to_string(component.supervisor->restarts()) + ' ';
       }
     }
+    if (names_ && host_ && !stopping()) {
+      at(names_->look(
+          container_->node(), [this] { deactivate(); }, now));
+      graph_changed_ = graph_changed_ || !network_status_.message.starts_with(names_->conflict());
+    }
     if (host_ && graph_changed_ && now >= graph_looked_at_ + kLeastBetweenLooks) {
       graph_changed_ = false;
       graph_looked_at_ = now;
@@ -380,9 +359,24 @@ class Run {
     return due;
   }
 
+  /// Another process has the names.
+  void deactivate() {
+    for (const auto& loaded : container_->components()) {
+      loaded.component->request_transition(LifecycleTransition::kDeactivate);
+    }
+    for (auto& component : components_) {
+      if (component.supervisor) {
+        component.supervisor->stop();
+      }
+    }
+  }
+
   void look_at_graph(SteadyTime now) {
-    auto network = host_status_->network(context_->graph());
+    auto network = host_status_->network(context_->graph(), names_->conflict());
     if (network != network_status_) {
+      if (!network.message.empty() && names_->conflict().empty()) {
+        container_->node().logger().warn(network.message);
+      }
       network_status_ = std::move(network);
       diagnostics_at_ = now;
     }
@@ -538,6 +532,7 @@ class Run {
         }
       }
     }
+    names_->check();
     if (!stopping()) {
       started_ = true;
       const auto status =
@@ -594,10 +589,14 @@ class Run {
         broken_ = component->supervisor->name();
       }
       return progress_->outcome() != MissionProgress::Outcome::kRunning || !broken_.empty() ||
+             (names_->is_inactive() && !mission_.composition.complete_when.empty()) ||
              awaited_child(has_failed) != nullptr;
     });
     if (stopping()) {
       return;
+    }
+    if (names_->is_inactive()) {
+      throw std::runtime_error(names_->conflict() + " The mission will not complete");
     }
     if (progress_->outcome() == MissionProgress::Outcome::kFailed) {
       throw std::runtime_error("component " + progress_->failure());
@@ -725,6 +724,7 @@ class Run {
   /// Addresses are kept by callbacks.
   std::deque<Running> components_;
   std::optional<Watchdog> watchdog_;
+  std::optional<NameKeeper> names_;
 };
 
 }  // namespace

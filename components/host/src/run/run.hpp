@@ -26,10 +26,13 @@ struct RunOptions {
 /// The composition stopped itself and should be started again, as a service manager does
 /// (`EX_TEMPFAIL` of sysexits.h): the list of revoked robots has changed.
 inline constexpr int kExitStartAgain = 75;
+/// Another process has a node of the same name, and has had it for longer (`EX_UNAVAILABLE`).
+inline constexpr int kExitNameTaken = 69;
 
 /// Runs a composition until it is complete or stopped. Returns the exit code: 0 when it is
 /// complete, or was stopped and waited for nothing; 1 after an error, also one on the way down;
-/// 128 + signal when it was stopped before it was complete; kExitStartAgain.
+/// 128 + signal when it was stopped before it was complete; kExitStartAgain;
+/// kExitNameTaken.
 [[nodiscard]] int run_composition(const RunOptions& options);
 
 /// What is fed to the components instead of what their surroundings publish.

@@ -12,6 +12,7 @@
 
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "program.hpp"
+#include "run/run.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -324,19 +325,8 @@ TEST_F(Run, RefusesNamesThatAnotherProcessUses) {
   write("components:\n  - {type: 'pipescout_test::Talker', name: talker}\n");
   Program first({"run", "c.yaml", "--out", "first"}, folder_);
   ASSERT_TRUE(first.wait_for_err(kStarted));
-  // A participant whose first announcement is lost is found too late, but rarely so.
-  Finished second;
-  EXPECT_TRUE(eventually([&] {
-    fs::remove_all(folder_ / "m");
-    Program program({"run", "c.yaml", "--out", "m"}, folder_);
-    if (program.wait_for_err(kStarted)) {
-      program.signal(SIGINT);
-      return false;
-    }
-    second = program.finish();
-    return true;
-  }));
-  EXPECT_EQ(second.code(), 1);
+  const Finished second = run();
+  EXPECT_EQ(second.code(), kExitNameTaken);
   EXPECT_THAT(second.err,
               AllOf(HasSubstr("error: c.yaml:2:5: another process in this DDS domain has a node "
                               "/talker already"),

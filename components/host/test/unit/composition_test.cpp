@@ -226,6 +226,23 @@ TEST(Composition, NamesFileLineAndColumnOfAnError) {
   }
 }
 
+TEST(Composition, RemapsForAllComponentsBehindTheirOwnRules) {
+  const auto composition = parse(R"(
+components:
+  - {type: A, name: a}
+  - {type: A, name: b, remappings: {/clock: other}}
+remappings: {/clock: clock}
+)");
+  const auto clock_of = [&](std::size_t k) {
+    const auto& entry = composition.components.at(k);
+    return resolve_topic_name("/clock", {"/robot_1", entry.name.name}, entry.remappings);
+  };
+  EXPECT_EQ(clock_of(0), "/robot_1/clock");
+  EXPECT_EQ(clock_of(1), "/robot_1/other");
+  EXPECT_THAT(error_of("components: [{type: A, name: a}]\nremappings: {__node: b}"),
+              ::testing::StartsWith("c.yaml:2:14: a component is renamed"));
+}
+
 TEST(Composition, CompleteWhenNeedsTheNamespaceOfAnAmbiguousName) {
   const std::string components =
       "components:\n- {type: A, name: a}\n- {type: A, name: a, namespace: x}\n";

@@ -77,7 +77,7 @@ class BagRecorder::Recording {
       : recorder_(recorder),
         settings_(settings),
         split_events_(
-            recorder.create_publisher<WriteSplitEvent>("events/write_split", QoS::reliable(1))),
+            recorder.create_publisher<WriteSplitEvent>("events/write_split", QoS::latched(1000))),
         diagnostics_(recorder.create_publisher(topics::kDiagnostics, {.managed = false})),
         folder_(settings.folder()),
         queue_(std::make_unique<bags::BagWriter>(folder_, settings.writer), settings.queue,

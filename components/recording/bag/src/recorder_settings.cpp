@@ -66,7 +66,9 @@ RecorderSettings::RecorderSettings(Parameters& parameters) {
                       "process runs"});
   storage_ =
       parameters.declare<std::string>("storage", "sqlite3", {.description = "sqlite3 or mcap"});
-  all_ = parameters.declare<bool>("all", false, {.description = "record all topics"});
+  all_ = parameters.declare<bool>(
+      "all", false,
+      {.description = "record all topics in the namespace of the node and in those around it"});
   topics_ = parameters.declare<std::vector<std::string>>("topics", {},
                                                          {.description = "topics to record"});
   regex_ = parameters.declare<std::string>(
@@ -148,6 +150,7 @@ void RecorderSettings::read(const NodeName& node) {
            .snapshot = snapshot_mode_.get(),
            .repeatable = repeatable_.get()};
   selection = {.all = all_.get(),
+               .ns = node.ns,
                .topics = {},
                .regex = optional_regex(regex_),
                .exclude = optional_regex(exclude_),

@@ -10,7 +10,10 @@ namespace pipescout {
 
 /// Which topics are recorded, by the rules of rosbag2.
 struct TopicSelection {
+  /// Those in `ns` or in a namespace around it: in "/a/b" all of "/a/b/...", and "/a/x" and "/x",
+  /// but neither "/a/c/x" nor "/c/x", which may be another robot's. Of "/" that is every topic.
   bool all = false;
+  std::string ns = "/";
   std::set<std::string> topics;  ///< fully qualified
   /// Recorded beside `topics`, and in place of `all`, if found anywhere in the name.
   std::optional<std::regex> regex;

@@ -30,5 +30,23 @@ TEST(TopicSelectionTest, FollowsTheRulesOfRosbag2) {
   EXPECT_FALSE(TopicSelection{}.selects("/a"));
 }
 
+TEST(TopicSelectionTest, AllOfARobotAreThoseOfItsNamespaceAndOfThoseAroundIt) {
+  const TopicSelection robot{.all = true, .ns = "/site/robot_1"};
+  for (const char* topic : {"/site/robot_1/weld", "/site/robot_1/camera/image_raw",
+                            "/site/robot_1x", "/site/weather", "/diagnostics", "/clock"}) {
+    EXPECT_TRUE(robot.selects(topic)) << topic;
+  }
+  for (const char* topic :
+       {"/site/robot_2/weld", "/site/robot_10/weld", "/robot_1/weld", "/weather/wind"}) {
+    EXPECT_FALSE(robot.selects(topic)) << topic;
+  }
+  EXPECT_TRUE((TopicSelection{.all = true, .ns = "/"}).selects("/site/robot_2/weld"));
+  // Who asks for more gets it.
+  EXPECT_TRUE(
+      (TopicSelection{.ns = "/robot_1", .topics = {"/robot_2/weld"}}).selects("/robot_2/weld"));
+  EXPECT_TRUE(
+      (TopicSelection{.ns = "/robot_1", .regex = std::regex(".")}).selects("/robot_2/weld"));
+}
+
 }  // namespace
 }  // namespace pipescout

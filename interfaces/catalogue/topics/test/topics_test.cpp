@@ -32,5 +32,15 @@ TEST(Catalogue, EveryDriverIsHeard) {
   EXPECT_EQ(topics::kLeakEvents.requested, topics::kLeakEvents.qos);
 }
 
+TEST(Catalogue, EventsAreKeptAndAcknowledgedForWhoeverAsks) {
+  for (const QoS& offered : {topics::kWeld.qos, topics::kBend.qos, topics::kLeakEvents.qos}) {
+    EXPECT_GE(offered.depth, 5000U);
+    EXPECT_EQ(incompatibility(offered, QoS::latched(1)), std::nullopt);
+    // The default of ROS 2's subscriptions.
+    EXPECT_EQ(incompatibility(offered, QoS::reliable()), std::nullopt);
+    EXPECT_EQ(incompatibility(offered, QoS::sensor_data()), std::nullopt);
+  }
+}
+
 }  // namespace
 }  // namespace pipescout

@@ -52,6 +52,10 @@ struct JointTrajectory;
 /// here; include the message's own header to use them.
 namespace pipescout::topics {
 
+/// What happens once is kept for those that come later, or were out of reach: as many events as a
+/// mission has. Welds are the most frequent; of joints of 12 m these are 60 km.
+inline constexpr QoS kEvents = QoS::latched(5000);
+
 /// Raw readings of all odometers of a robot, from the driver.
 inline constexpr Topic<pipescout_msgs::msg::OdometerReadings> kOdometerReadings{"odometer/readings",
                                                                                 QoS::reliable(100)};
@@ -61,10 +65,14 @@ inline constexpr Topic<pipescout_msgs::msg::FusedOdometer> kOdometerFused{"odome
 /// The signal of an eddy-current probe, from the driver.
 inline constexpr Topic<pipescout_msgs::msg::EddyCurrentSamples> kEddyCurrent{"eddy_current",
                                                                              QoS::reliable(100)};
-/// Girth welds that the probe has passed.
-inline constexpr Topic<pipescout_msgs::msg::WeldDetection> kWeld{"weld", QoS::reliable(100)};
-/// Bends of the pipe that the wheels have passed, from the fusion of odometers.
-inline constexpr Topic<pipescout_msgs::msg::BendDetection> kBend{"bend", QoS::reliable(100)};
+/// Girth welds that the probe has passed. Components that compute with them begin with the welds of
+/// their own time, whose other measurements they have; who records or shows them gets the former
+/// ones.
+inline constexpr Topic<pipescout_msgs::msg::WeldDetection> kWeld{
+    .name = "weld", .qos = kEvents, .requested = QoS::reliable(100)};
+/// Bends of the pipe that the wheels have passed, from the fusion of odometers; kept like welds.
+inline constexpr Topic<pipescout_msgs::msg::BendDetection> kBend{
+    .name = "bend", .qos = kEvents, .requested = QoS::reliable(100)};
 /// Position of the crawler in the pipe: joint and distance into it.
 inline constexpr Topic<pipescout_msgs::msg::PipePosition> kPipePosition{"pipe/position",
                                                                         QoS::reliable(100)};
@@ -100,11 +108,9 @@ inline constexpr Topic<sensor_msgs::msg::CameraInfo> kThermalCameraInfo{
 inline constexpr Topic<pipescout_msgs::msg::LeakDetections> kLeakDetections{"leak/detections",
                                                                             QoS::reliable(100)};
 /// Leaks that are raised, updated and cleared, from all images. Kept for late joiners.
-inline constexpr Topic<pipescout_msgs::msg::LeakEvent> kLeakEvents{"leak/events",
-                                                                   QoS::latched(1000)};
+inline constexpr Topic<pipescout_msgs::msg::LeakEvent> kLeakEvents{"leak/events", kEvents};
 /// The true leaks, from a simulator, one message each. Never published by a robot.
-inline constexpr Topic<pipescout_msgs::msg::LeakEvent> kTrueLeaks{"ground_truth/leaks",
-                                                                  QoS::latched(1000)};
+inline constexpr Topic<pipescout_msgs::msg::LeakEvent> kTrueLeaks{"ground_truth/leaks", kEvents};
 /// The tracked pipe, for each image, and the particles of the filter, for display.
 inline constexpr Topic<pipescout_msgs::msg::PipeTrack> kPipeTrack{"track/pipe", QoS::reliable(100)};
 inline constexpr Topic<pipescout_msgs::msg::PipeTrackParticles> kPipeTrackParticles{
