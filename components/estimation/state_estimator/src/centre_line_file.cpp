@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout {
 
@@ -21,7 +21,8 @@ estimation::PipeCentreLine parse_centre_line(std::string_view text, const std::s
     const std::string name(1, "xyz"[axis]);
     const auto column = reader.find_column(name);
     if (!column) {
-      throw CsvError(path, 1, "no column '" + name + "'; a centre line has x, y and z");
+      throw CsvError(path, reader.header_line(),
+                     "no column '" + name + "'; a centre line has x, y and z");
     }
     columns[axis] = *column;
   }
@@ -29,7 +30,7 @@ estimation::PipeCentreLine parse_centre_line(std::string_view text, const std::s
   while (reader.next()) {
     Eigen::Vector3d point;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto value = parse_csv_number(reader.cells()[columns[axis]]);
+      const auto value = reader.number(columns[axis]);
       if (!value || !std::isfinite(*value)) {
         reader.refuse(columns[axis], "a finite number of metres");
       }

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 
 namespace pipescout {
 namespace {
@@ -18,6 +18,16 @@ TEST(CentreLineFile, ReadsPointsInTheirOrder) {
   EXPECT_DOUBLE_EQ(line.last_chainage(), 25);
   ASSERT_TRUE(line.at(10));
   EXPECT_EQ(line.at(10)->position, Eigen::Vector3d(8, 2, 1));
+}
+
+TEST(CentreLineFile, AGermanExcelsExportIsTheSameLine) {
+  const std::string text = "x,y,z\n0,0,0\n10.5,0,0.25\n1010.5,4.125,0\n";
+  const auto original = parse_centre_line(text, "route.csv", 5);
+  for (const auto as : testing::kExcelExports) {
+    const auto saved = parse_centre_line(testing::german_excel(text, as), "route.csv", 5);
+    EXPECT_EQ(saved.last_chainage(), original.last_chainage());
+    EXPECT_EQ(saved.at(500)->position, original.at(500)->position);
+  }
 }
 
 void expect_refused(const std::string& text, const std::string& reason) {

@@ -28,6 +28,14 @@ OdometerReplay::OdometerReplay(ComponentOptions options) : Component(std::move(o
            "columns to publish, in this order; empty: every column that is an odometer"});
   ignored_columns_ = parameters().declare<std::vector<std::string>>(
       "ignored_columns", {}, {.description = "columns that are not odometers; they may be absent"});
+  delimiter_ = parameters().declare<std::string>(
+      "delimiter", "",
+      {.description =
+           "between the file's columns: ',', ';', '|', tab or blank; empty: recognised"});
+  decimal_mark_ = parameters().declare<std::string>(
+      "decimal_mark", "", {.description = "of the file's numbers: '.' or ','; empty: recognised"});
+  time_unit_ = parameters().declare<std::string>(
+      "time_unit", "", {.description = "of the file's stamps: s, ms, us or ns; empty: recognised"});
   standard_deviations_ = parameters().declare<std::vector<double>>(
       "standard_deviations", {},
       {.description = "m, one per odometer; empty: the file's columns NAME.standard_deviation",
@@ -55,9 +63,16 @@ CallbackReturn OdometerReplay::on_configure() {
   if (file.empty()) {
     throw std::invalid_argument("parameter 'file' is empty: a CSV file of readings is needed");
   }
+  CsvFormat format{.settings = "the parameters"};
+  format.set("delimiter", delimiter_.get());
+  format.set("decimal_mark", decimal_mark_.get());
+  format.set("time_unit", time_unit_.get());
   recording_ = parse_readings_csv(
       read_csv_text(file), file,
-      {.odometers = odometers_.get(), .ignored_columns = ignored_columns_.get()});
+      {.odometers = odometers_.get(), .ignored_columns = ignored_columns_.get(), .format = format});
+  for (const std::string& note : recording_.notes) {
+    logger().info(note);
+  }
   settings_ = {.standard_deviations = standard_deviations_.get(),
                .period = from_seconds(period_.get()),
                .use_recorded_stamps = use_recorded_stamps_.get(),

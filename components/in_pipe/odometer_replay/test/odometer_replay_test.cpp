@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <pipescout_msgs/msg/mission_status.hpp>
@@ -345,6 +346,40 @@ TEST_F(OdometerReplayTest, BadInputIsRefusedWithFileAndLine) {
               HasSubstr("no standard deviations"));
   EXPECT_THAT(refusal(write(kThreeRows), {{"use_recorded_stamps", true}}),
               HasSubstr("no column 'stamp'"));
+}
+
+TEST_F(OdometerReplayTest, TablesOfSpreadsheetsAreReadAndThisIsSaid) {
+  auto& replay = make(write("sep=;\r\nstamp;left;right\r\ns;mm;mm\r\n1700000000250;1500,5;1000\r\n"
+                            "1700000000350;2500;2000\r\n"),
+                      {{"time_unit", "ms"}, {"use_recorded_stamps", true}});
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.bring_up(replay).success);
+  pass(std::chrono::seconds(1));
+  ASSERT_EQ(readings.size(), 2U);
+  EXPECT_EQ(readings.at(0).distance[0], 1500.5 * 1e-3);
+  EXPECT_EQ(from_message(readings.at(0).header.stamp),
+            Time(std::chrono::milliseconds(1'700'000'000'250)));
+  const auto was_said = [logs = harness_.logs()](const std::string& text) {
+    return std::ranges::any_of(
+        logs, [&](const auto& entry) { return entry.text.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(was_said("numbers have a decimal comma"));
+  EXPECT_TRUE(was_said("column 'left' is in mm"));
+}
+
+TEST_F(OdometerReplayTest, WhatMayBeThousandsIsAskedAbout) {
+  const std::string file = write("left;right\n1,234;2\n");
+  auto& doubtful = make(file);
+  EXPECT_THAT(harness_.configure(doubtful).message,
+              HasSubstr("readings.csv:2: column 'left': '1,234' may be 1.234 or 1234; set "
+                        "'decimal_mark' in the parameters"));
+  auto& sure = make(file, {{"decimal_mark", ","}}, "sure");
+  const auto readings = harness_.collect(topics::kOdometerReadings);
+  ASSERT_TRUE(harness_.bring_up(sure).success);
+  pass(std::chrono::seconds(1));
+  EXPECT_THAT(first_distances(readings), ElementsAre(1.234));
+  auto& wrong = make(file, {{"decimal_mark", "comma"}}, "wrong");
+  EXPECT_THAT(harness_.configure(wrong).message, HasSubstr("decimal_mark must be '.' or ','"));
 }
 
 TEST_F(OdometerReplayTest, CanBeConfiguredOnceTheFileIsRight) {

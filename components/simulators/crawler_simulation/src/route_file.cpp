@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout {
 
@@ -18,7 +18,7 @@ std::vector<simulation::RoutePiece> parse_route(std::string_view text, const std
   for (std::size_t i = 0; i < kColumns.size(); ++i) {
     const auto column = reader.find_column(kColumns[i]);
     if (!column) {
-      throw CsvError(path, 1, "no column '" + std::string(kColumns[i]) + "'");
+      throw CsvError(path, reader.header_line(), "no column '" + std::string(kColumns[i]) + "'");
     }
     columns[i] = *column;
   }
@@ -26,7 +26,7 @@ std::vector<simulation::RoutePiece> parse_route(std::string_view text, const std
   while (reader.next()) {
     std::array<double, kColumns.size()> values{};
     for (std::size_t i = 0; i < kColumns.size(); ++i) {
-      const auto value = parse_csv_number(reader.cells()[columns[i]]);
+      const auto value = reader.number(columns[i]);
       if (!value || !std::isfinite(*value) || (i == 0 && *value <= 0)) {
         reader.refuse(columns[i], i == 0 ? "a positive number" : "a finite number");
       }

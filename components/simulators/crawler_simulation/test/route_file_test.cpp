@@ -7,7 +7,7 @@
 #include <string>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 
 namespace pipescout {
 namespace {
@@ -38,6 +38,20 @@ TEST(RouteFile, RefusesWhatIsNoRoute) {
   expect_refused("length,turn,climb\n0,0,0\n", "a positive number");
   expect_refused("length,turn,climb\n1,nan,0\n", "route.csv:2");
   EXPECT_THROW((void)read_route("/does/not/exist.csv"), CsvError);
+}
+
+TEST(RouteFile, AGermanExcelsExportIsTheSameRoute) {
+  const std::string text = read_csv_text(ROUTE_FILE);
+  const auto original = parse_route(text, ROUTE_FILE);
+  for (const auto as : testing::kExcelExports) {
+    const auto saved = parse_route(testing::german_excel(text, as), "saved.csv");
+    ASSERT_EQ(saved.size(), original.size());
+    for (std::size_t k = 0; k < saved.size(); ++k) {
+      EXPECT_EQ(saved[k].length, original[k].length);
+      EXPECT_EQ(saved[k].heading_rate, original[k].heading_rate);
+      EXPECT_EQ(saved[k].pitch_rate, original[k].pitch_rate);
+    }
+  }
 }
 
 /// What the crawler's robot is given is the line that it really follows.

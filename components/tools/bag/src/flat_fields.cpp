@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "pipescout/command_line/command.hpp"
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "topic_export.hpp"
 
 namespace pipescout::bag_command {

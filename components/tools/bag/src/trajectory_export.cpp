@@ -10,7 +10,7 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <utility>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "topic_export.hpp"
 
 namespace pipescout::bag_command {

@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "pipescout/command_line/known_keys.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::estimate {

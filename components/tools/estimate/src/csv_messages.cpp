@@ -23,8 +23,8 @@ template <class MessageOf>
 void read_rows(const CsvSource& source, const CsvColumns& columns, Stream& stream,
                MessageOf&& message_of) {
   const std::size_t time = columns.one("time");
-  for (const CsvRow& row : source.rows()) {
-    add_further(stream, CsvColumns::number(row, time), message_of(row));
+  for (const std::size_t row : source.rows()) {
+    add_further(stream, columns.time(row, time), message_of(row));
   }
 }
 
@@ -34,9 +34,9 @@ void read_gps_velocity(const CsvSource& source, const CsvColumns& columns, Strea
   if (columns.has("course")) {
     const std::size_t speed = columns.one("speed");
     const std::size_t course = columns.one("course");
-    read_rows(source, columns, stream, [&](const CsvRow& row) {
-      const double v = CsvColumns::number(row, speed);
-      const double angle = kRadian * CsvColumns::number(row, course);
+    read_rows(source, columns, stream, [&](const std::size_t row) {
+      const double v = columns.number(row, speed);
+      const double angle = kRadian * columns.number(row, course);
       TwistStamped message;
       message.twist.linear =
           to_message(Eigen::Vector3d{v * std::sin(angle), v * std::cos(angle), 0});
@@ -45,10 +45,10 @@ void read_gps_velocity(const CsvSource& source, const CsvColumns& columns, Strea
     return;
   }
   const auto velocity = columns.all("velocity", 2);
-  read_rows(source, columns, stream, [&](const CsvRow& row) {
+  read_rows(source, columns, stream, [&](const std::size_t row) {
     TwistStamped message;
-    message.twist.linear = to_message(Eigen::Vector3d{CsvColumns::number(row, velocity[0]),
-                                                      CsvColumns::number(row, velocity[1]), 0});
+    message.twist.linear = to_message(
+        Eigen::Vector3d{columns.number(row, velocity[0]), columns.number(row, velocity[1]), 0});
     return message;
   });
 }
@@ -57,11 +57,11 @@ void read_velocity(const CsvSource& source, const CsvColumns& columns, Stream& s
   const auto velocity = columns.all("velocity", 3);
   const bool stated = columns.has("variance");
   const auto variance = stated ? columns.all("variance", 3) : std::vector<std::size_t>{};
-  read_rows(source, columns, stream, [&](const CsvRow& row) {
+  read_rows(source, columns, stream, [&](const std::size_t row) {
     TwistWithCovarianceStamped message;
-    message.twist.twist.linear = to_message(CsvColumns::vector(row, velocity));
+    message.twist.twist.linear = to_message(columns.vector(row, velocity));
     for (std::size_t i = 0; i < variance.size(); ++i) {
-      message.twist.covariance[7 * i] = CsvColumns::number(row, variance[i]);
+      message.twist.covariance[7 * i] = columns.number(row, variance[i]);
     }
     return message;
   });
@@ -72,17 +72,17 @@ template <class Message>
 void read_poses(const CsvSource& source, const CsvColumns& columns, Stream& stream) {
   const auto position = columns.all("position", 3);
   const auto orientation = columns.all("orientation", 4);
-  read_rows(source, columns, stream, [&](const CsvRow& row) {
+  read_rows(source, columns, stream, [&](const std::size_t row) {
     Message message;
-    const Eigen::Vector3d p = CsvColumns::vector(row, position);
+    const Eigen::Vector3d p = columns.vector(row, position);
     auto& pose = message.pose.pose;
     pose.position.x = p.x();
     pose.position.y = p.y();
     pose.position.z = p.z();
-    pose.orientation.x = CsvColumns::number(row, orientation[0]);
-    pose.orientation.y = CsvColumns::number(row, orientation[1]);
-    pose.orientation.z = CsvColumns::number(row, orientation[2]);
-    pose.orientation.w = CsvColumns::number(row, orientation[3]);
+    pose.orientation.x = columns.number(row, orientation[0]);
+    pose.orientation.y = columns.number(row, orientation[1]);
+    pose.orientation.z = columns.number(row, orientation[2]);
+    pose.orientation.w = columns.number(row, orientation[3]);
     return message;
   });
 }
@@ -97,19 +97,19 @@ void read_fixes(const CsvSource& source, const CsvColumns& columns, Stream& stre
   const auto variance = stated ? columns.all("variance", 3) : std::vector<std::size_t>{};
   const bool has_status = columns.has("status");
   const std::size_t status = has_status ? columns.one("status") : 0;
-  read_rows(source, columns, stream, [&](const CsvRow& row) {
+  read_rows(source, columns, stream, [&](const std::size_t row) {
     sensor_msgs::msg::NavSatFix message;
-    message.latitude = CsvColumns::number(row, latitude);
-    message.longitude = CsvColumns::number(row, longitude);
-    message.altitude = has_height ? CsvColumns::number(row, height) : kNan;
-    if (has_status && CsvColumns::number(row, status) < 0) {
+    message.latitude = columns.number(row, latitude);
+    message.longitude = columns.number(row, longitude);
+    message.altitude = has_height ? columns.number(row, height) : kNan;
+    if (has_status && columns.number(row, status) < 0) {
       message.status.status = sensor_msgs::msg::NavSatStatus::STATUS_NO_FIX;
     }
     if (stated) {
       message.position_covariance_type =
           sensor_msgs::msg::NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN;
       for (std::size_t i = 0; i < variance.size(); ++i) {
-        message.position_covariance[4 * i] = CsvColumns::number(row, variance[i]);
+        message.position_covariance[4 * i] = columns.number(row, variance[i]);
       }
     }
     return message;
@@ -151,9 +151,9 @@ void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColum
     case NamedSourceKind::kMagneticField: {
       known({"time", "field"});
       const auto field = columns.all("field", 3);
-      read_rows(source, columns, stream, [&](const CsvRow& row) {
+      read_rows(source, columns, stream, [&](const std::size_t row) {
         sensor_msgs::msg::MagneticField message;
-        message.magnetic_field = to_message(CsvColumns::vector(row, field));
+        message.magnetic_field = to_message(columns.vector(row, field));
         return message;
       });
       return;
@@ -161,9 +161,9 @@ void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColum
     case NamedSourceKind::kFluidPressure: {
       known({"time", "pressure"});
       const std::size_t pressure = columns.one("pressure");
-      read_rows(source, columns, stream, [&](const CsvRow& row) {
+      read_rows(source, columns, stream, [&](const std::size_t row) {
         sensor_msgs::msg::FluidPressure message;
-        message.fluid_pressure = CsvColumns::number(row, pressure);
+        message.fluid_pressure = columns.number(row, pressure);
         return message;
       });
       return;
@@ -171,9 +171,9 @@ void read_messages(NamedSourceKind kind, const CsvSource& source, const CsvColum
     case NamedSourceKind::kRange: {
       known({"time", "range"});
       const std::size_t range = columns.one("range");
-      read_rows(source, columns, stream, [&](const CsvRow& row) {
+      read_rows(source, columns, stream, [&](const std::size_t row) {
         sensor_msgs::msg::Range message;
-        message.range = static_cast<float>(CsvColumns::number(row, range));
+        message.range = static_cast<float>(columns.number(row, range));
         return message;
       });
       return;

@@ -25,9 +25,9 @@ class Rates {
   Rates(const CsvSource& table, const CsvColumns& columns) {
     const std::size_t time = columns.one("time");
     const auto rate = columns.all("rate", 3);
-    for (const CsvRow& row : table.rows()) {
-      if (const double t = CsvColumns::number(row, time); std::isfinite(t)) {
-        rows_.emplace_back(t, CsvColumns::vector(row, rate));
+    for (const std::size_t row : table.rows()) {
+      if (const double t = columns.time(row, time); std::isfinite(t)) {
+        rows_.emplace_back(t, columns.vector(row, rate));
       }
     }
     std::ranges::stable_sort(rows_, {}, &std::pair<double, Eigen::Vector3d>::first);
@@ -52,11 +52,11 @@ void read_imu(const CsvSource& table, const CsvColumns& columns, const Rates* ra
   const std::size_t time = columns.one("time");
   const auto force = columns.all("force", 3);
   const auto rate = rates == nullptr ? columns.all("rate", 3) : std::vector<std::size_t>{};
-  for (const CsvRow& row : table.rows()) {
-    const double t = CsvColumns::number(row, time);
+  for (const std::size_t row : table.rows()) {
+    const double t = columns.time(row, time);
     add_imu(stream, {.time = t,
-                     .force = CsvColumns::vector(row, force),
-                     .rate = rates == nullptr ? CsvColumns::vector(row, rate) : rates->at(t)});
+                     .force = columns.vector(row, force),
+                     .rate = rates == nullptr ? columns.vector(row, rate) : rates->at(t)});
   }
 }
 
@@ -69,13 +69,13 @@ void read_odometer(const CsvSource& table, const CsvColumns& columns, Stream& st
   const bool turns = columns.has(turn_key);
   const std::size_t turn = turns ? columns.one(turn_key) : 0;
   double before = kNan;
-  for (const CsvRow& row : table.rows()) {
-    OdometerRow result{.time = CsvColumns::number(row, time)};
+  for (const std::size_t row : table.rows()) {
+    OdometerRow result{.time = columns.time(row, time)};
     for (const std::size_t column : way) {
-      result.speed += CsvColumns::number(row, column) / static_cast<double>(way.size());
+      result.speed += columns.number(row, column) / static_cast<double>(way.size());
     }
     if (turns) {
-      result.yaw_rate = CsvColumns::number(row, turn);
+      result.yaw_rate = columns.number(row, turn);
     }
     if (steps) {
       // The mean over the step holds in its middle.
@@ -105,16 +105,16 @@ void read_gps(const CsvSource& table, const CsvColumns& columns, Stream& stream)
   const auto variance = has_variance ? columns.all("variance", 3) : std::vector<std::size_t>{};
   const bool has_status = columns.has("status");
   const std::size_t status = has_status ? columns.one("status") : 0;
-  for (const CsvRow& row : table.rows()) {
-    if (has_status && CsvColumns::number(row, status) < 0) {
+  for (const std::size_t row : table.rows()) {
+    if (has_status && columns.number(row, status) < 0) {
       ++stream.faults["status is 'no fix'; not used"];
       continue;
     }
-    GpsRow fix{.time = CsvColumns::number(row, time),
-               .place = {CsvColumns::number(row, latitude), CsvColumns::number(row, longitude),
-                         has_height ? CsvColumns::number(row, height) : kNan}};
+    GpsRow fix{.time = columns.time(row, time),
+               .place = {columns.number(row, latitude), columns.number(row, longitude),
+                         has_height ? columns.number(row, height) : kNan}};
     if (has_variance) {
-      fix.covariance = CsvColumns::vector(row, variance).asDiagonal().toDenseMatrix();
+      fix.covariance = columns.vector(row, variance).asDiagonal().toDenseMatrix();
     }
     add_gps(stream, std::move(fix));
   }
@@ -128,11 +128,24 @@ std::string text_of(const YAML::Node& source, const char* key, const std::string
   return node.Scalar();
 }
 
+/// How a file was read, where that is a guess.
+void add_notes(const CsvSource& source, const CsvColumns& columns,
+               std::vector<std::string>& remarks) {
+  std::vector<std::string> notes = source.table().notes();
+  notes.push_back(source.table().numbers().time_note(columns.one("time")));
+  for (const std::string& note : notes) {
+    if (!note.empty() && std::ranges::find(remarks, note) == remarks.end()) {
+      remarks.push_back(note);
+    }
+  }
+}
+
 Stream read_source(const YAML::Node& source, const std::filesystem::path& folder,
-                   const std::string& mapping) {
-  command_line::require_known_keys(source, mapping, "an entry of 'sources'",
-                                   {"name", "kind", "file", "delimiter", "header", "rows",
-                                    "columns", "rate_file", "rate_columns"});
+                   const std::string& mapping, std::vector<std::string>& remarks) {
+  command_line::require_known_keys(
+      source, mapping, "an entry of 'sources'",
+      {"name", "kind", "file", "delimiter", "decimal_mark", "time_unit", "header", "rows",
+       "columns", "rate_file", "rate_columns"});
   Stream stream;
   stream.name = text_of(source, "name", mapping);
   stream.type = text_of(source, "file", mapping);
@@ -143,6 +156,7 @@ Stream read_source(const YAML::Node& source, const std::filesystem::path& folder
   }
   const CsvSource table(folder / stream.type, source, mapping);
   const CsvColumns columns(table, columns_node, mapping);
+  add_notes(table, columns, remarks);
   if (kind == "imu") {
     command_line::require_known_keys(columns_node, mapping, "'columns'", {"time", "force", "rate"});
     stream.kind = Kind::kImu;
@@ -153,7 +167,9 @@ Stream read_source(const YAML::Node& source, const std::filesystem::path& folder
         throw YamlError(mapping, source.Mark(), "sources: 'rate_columns' is missing");
       }
       command_line::require_known_keys(names, mapping, "'rate_columns'", {"time", "rate"});
-      const Rates rates(of_rates, CsvColumns(of_rates, names, mapping));
+      const CsvColumns rate_columns(of_rates, names, mapping);
+      add_notes(of_rates, rate_columns, remarks);
+      const Rates rates(of_rates, rate_columns);
       read_imu(table, columns, &rates, stream);
     } else {
       read_imu(table, columns, nullptr, stream);
@@ -188,7 +204,7 @@ Recording read_csv_folder(const std::filesystem::path& folder, const std::string
   }
   Recording recording;
   for (const YAML::Node& source : sources) {
-    recording.streams.push_back(read_source(source, folder, mapping));
+    recording.streams.push_back(read_source(source, folder, mapping, recording.remarks));
   }
   finish(recording);
   return recording;

@@ -1,70 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "csv_source.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::estimate {
 namespace {
 
-std::string trimmed(const std::string& cell) {
-  const auto begin = cell.find_first_not_of(" \t\r");
-  return begin == std::string::npos
-             ? std::string()
-             : cell.substr(begin, cell.find_last_not_of(" \t\r") - begin + 1);
-}
-
-std::vector<CsvRow> blank_separated(const std::string& text) {
-  std::vector<CsvRow> rows;
-  std::istringstream lines(text);
-  std::size_t number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    CsvRow row{.line = ++number, .cells = {}};
-    std::istringstream cells(line);
-    for (std::string cell; cells >> cell;) {
-      row.cells.push_back(cell);
-    }
-    if (!row.cells.empty()) {
-      rows.push_back(std::move(row));
+CsvTable read_table(const std::filesystem::path& file, const YAML::Node& source,
+                    const std::string& mapping, bool has_header) {
+  // A row that is too short has values that are missing, as the report says.
+  CsvFormat format{.header = has_header, .comments = true, .ragged = true, .settings = mapping};
+  for (const char* key : {"delimiter", "decimal_mark", "time_unit"}) {
+    if (const YAML::Node word = source[key]) {
+      try {
+        format.set(key, word.IsScalar() ? word.Scalar() : "");
+      } catch (const std::invalid_argument& error) {
+        throw YamlError(mapping, word.Mark(), error.what());
+      }
     }
   }
-  return rows;
+  return {read_csv_text(file.string()), file.string(), format};
 }
 
 }  // namespace
 
 CsvSource::CsvSource(const std::filesystem::path& file, const YAML::Node& source,
                      std::string mapping)
-    : mapping_(std::move(mapping)) {
-  const std::string delimiter = source["delimiter"] ? source["delimiter"].Scalar() : ",";
-  const std::string text = read_csv_text(file.string());
-  if (delimiter == "blank") {
-    rows_ = blank_separated(text);
-  } else if (delimiter.size() == 1) {
-    rows_ = read_csv_rows(text, delimiter[0]).rows;
-  } else {
-    throw YamlError(mapping_, source["delimiter"].Mark(), "delimiter: one character, or 'blank'");
-  }
-  std::erase_if(rows_, [](const CsvRow& row) {
-    return row.cells.empty() || trimmed(row.cells[0]).starts_with('#');
-  });
-  const bool header = !source["header"] || source["header"].Scalar() != "false";
-  if (header && !rows_.empty()) {
-    for (const std::string& cell : rows_.front().cells) {
-      names_.push_back(trimmed(cell));
+    : mapping_(std::move(mapping)),
+      table_(read_table(file, source, mapping_,
+                        !source["header"] || source["header"].Scalar() != "false")),
+      has_header_(!source["header"] || source["header"].Scalar() != "false") {
+  for (std::size_t row = 0; row < table_.rows(); ++row) {
+    if (!source["rows"] || table_.cell(row, 0) == source["rows"].Scalar()) {
+      rows_.push_back(row);
     }
-    rows_.erase(rows_.begin());
-  }
-  if (source["rows"]) {
-    const std::string mark = source["rows"].Scalar();
-    std::erase_if(rows_, [&](const CsvRow& row) { return trimmed(row.cells[0]) != mark; });
   }
   if (rows_.empty()) {
     throw std::runtime_error(file.string() + ": no rows");
@@ -75,19 +50,19 @@ std::size_t CsvSource::column(const YAML::Node& name) const {
   if (!name.IsScalar()) {
     throw YamlError(mapping_, name.Mark(), "the name or number of a column is expected");
   }
-  const auto found = std::ranges::find(names_, name.Scalar());
-  if (found != names_.end()) {
-    return static_cast<std::size_t>(found - names_.begin());
+  if (has_header_) {
+    if (const auto found = table_.find_column(name.Scalar())) {
+      return *found;
+    }
   }
   const auto number = parse_csv_number(name.Scalar());
-  if (number && *number >= 1 && *number <= 1024 && *number == std::floor(*number)) {
+  if (number && *number >= 1 && *number <= static_cast<double>(table_.columns().size()) &&
+      *number == std::floor(*number)) {
     return static_cast<std::size_t>(*number) - 1;
   }
-  std::string known;
-  for (const std::string& each : names_) {
-    known += (known.empty() ? "; the file has " : ", ") + each;
-  }
-  throw YamlError(mapping_, name.Mark(), "no column '" + name.Scalar() + "'" + known);
+  throw YamlError(mapping_, name.Mark(),
+                  "no column '" + name.Scalar() + "'" +
+                      (has_header_ ? "; the file has " + quoted_list(table_.columns()) : ""));
 }
 
 std::vector<std::size_t> CsvColumns::all(const char* key, std::size_t count) const {
@@ -110,13 +85,23 @@ std::vector<std::size_t> CsvColumns::all(const char* key, std::size_t count) con
   return result;
 }
 
-double CsvColumns::number(const CsvRow& row, std::size_t column) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  return column < row.cells.size() ? parse_csv_number(trimmed(row.cells[column])).value_or(kNan)
-                                   : kNan;
+double CsvColumns::number(std::size_t row, std::size_t column) const {
+  const CsvTable& table = source_.table();
+  const auto value = column < table.cells(row)
+                         ? table.numbers().number(column, table.line(row), table.cell(row, column))
+                         : std::nullopt;
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
-Eigen::Vector3d CsvColumns::vector(const CsvRow& row, const std::vector<std::size_t>& columns) {
+double CsvColumns::time(std::size_t row, std::size_t column) const {
+  const CsvTable& table = source_.table();
+  const auto value = column < table.cells(row)
+                         ? table.numbers().seconds(column, table.line(row), table.cell(row, column))
+                         : std::nullopt;
+  return value.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+Eigen::Vector3d CsvColumns::vector(std::size_t row, const std::vector<std::size_t>& columns) const {
   return {number(row, columns[0]), number(row, columns[1]), number(row, columns[2])};
 }
 

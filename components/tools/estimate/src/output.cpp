@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pipescout/command_line/formatted.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/geometry/antimeridian.hpp"
 #include "pipescout/statistics/median.hpp"
 

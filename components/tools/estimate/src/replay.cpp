@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "pipescout/command_line/formatted.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/estimation/planar_motion.hpp"
 #include "pipescout/statistics/median.hpp"
 

@@ -19,10 +19,12 @@
 #include <sensor_msgs/msg/range.hpp>
 #include <string>
 #include <tf2_msgs/msg/tf_message.hpp>
+#include <utility>
 #include <vector>
 
 #include "pipescout/bag_topics/bag_topic.hpp"
 #include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/testing/program.hpp"
@@ -587,6 +589,17 @@ sources:
     return testing::run_program(ESTIMATE_COMMAND, {".", "--config", "mapping.yaml", "--out", "out"},
                                 folder_.path());
   }
+  /// The files as another program writes them: `convert` takes their bytes.
+  template <class Convert>
+  void convert_files(const Convert& convert) const {
+    for (const char* name : {"wheels.csv", "ranges.csv", "track.csv"}) {
+      const std::string bytes = convert(testing::content(folder_.path() / name));
+      std::ofstream(folder_.path() / name, std::ios::binary) << bytes;
+    }
+  }
+  [[nodiscard]] std::string trajectory() const {
+    return testing::content(folder_.path() / "out" / "trajectory.csv");
+  }
   /// In place of start and of the other sources: poses that are of `late` seconds after their
   /// stamp.
   void write_poses(double late) const {
@@ -630,6 +643,56 @@ TEST(EstimateOfCsvFiles, FurtherSourcesHoldAVehicleWithoutGps) {
   EXPECT_LT(circle.error(), 0.5);  // by the wheels alone: 10 m
 }
 
+TEST(EstimateOfCsvFiles, GermanExcelsExportsGiveTheSameTrajectory) {
+  const CircleWithoutGps circle(3);
+  ASSERT_EQ(circle.run().code(), 0);
+  const std::string original = circle.trajectory();
+  circle.convert_files([](const std::string& csv) {
+    return testing::german_excel(csv, testing::ExcelExport::kUnicodeText);
+  });
+  const auto result = circle.run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("wheels.csv: numbers have a decimal comma"));
+  EXPECT_EQ(circle.trajectory(), original);
+}
+
+TEST(EstimateOfCsvFiles, TimesInOtherUnitsAreRecognised) {
+  const CircleWithoutGps circle(3);
+  /// The first column of a file, changed.
+  const auto with_times = [](const std::string& csv, const auto& change) {
+    const CsvTable table(csv, "");
+    std::string text = csv.substr(0, csv.find('\n') + 1);
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      text += change(table.cell(row, 0));
+      for (std::size_t column = 1; column < table.columns().size(); ++column) {
+        text += "," + table.cell(row, column);
+      }
+      text += "\n";
+    }
+    return text;
+  };
+  circle.convert_files([&](const std::string& csv) {
+    return with_times(csv, [](const std::string& cell) {
+      const auto ms = std::llround(*parse_csv_number(cell) * 1000) + 1'700'000'000'000;
+      const std::string text = std::to_string(ms);
+      return text.substr(0, 10) + "." + text.substr(10);
+    });
+  });
+  ASSERT_EQ(circle.run().code(), 0);
+  const std::string original = circle.trajectory();
+  bool is_first = true;
+  circle.convert_files([&](const std::string& csv) {
+    return with_times(csv, [was_first = std::exchange(is_first, false)](std::string cell) {
+      std::erase_if(cell, [&](char c) { return was_first && c == '.'; });
+      return cell;
+    });
+  });
+  const auto result = circle.run();
+  ASSERT_EQ(result.code(), 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("wheels.csv: column 't': times are in ms, by their size"));
+  EXPECT_EQ(circle.trajectory(), original);
+}
+
 TEST(EstimateOfCsvFiles, TheStartIsThatOfTheFirstMessageOfAVehicleThatDrives) {
   const CircleWithoutGps circle(0);
   const auto result = circle.run();
@@ -670,6 +733,13 @@ TEST(EstimateOfCsvFiles, KindsAndColumnsThatAreNoneAreNamed) {
               HasSubstr("'field' is missing"));
   EXPECT_THAT(error_of("{name: a, kind: range, file: a.csv, columns: {time: t, field: x}}"),
               HasSubstr("field"));
+  EXPECT_THAT(
+      error_of("{name: a, kind: range, file: a.csv, time_unit: h, columns: {time: t, range: x}}"),
+      HasSubstr("time_unit must be s, ms, us or ns, not 'h'"));
+  std::ofstream(folder.path() / "a.csv") << "t,x\n0,1\n50000000000,1\n";
+  EXPECT_THAT(error_of("{name: a, kind: range, file: a.csv, columns: {time: t, range: x}}"),
+              HasSubstr("a time of 11 digits is beyond what a time in s can be; set 'time_unit' in "
+                        "mapping.yaml"));
   EXPECT_THAT(error_of("{name: a, kind: wheel_encoders, file: a.csv, columns: {time: t}}"),
               HasSubstr("is of bags"));
 }

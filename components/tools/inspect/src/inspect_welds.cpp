@@ -14,7 +14,7 @@
 
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/text_table.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "weld_signal.hpp"
 
@@ -122,9 +122,11 @@ int inspect_welds(const WeldArguments& arguments) {
                             }};
   BagRemainder remainder;
   if (is_table(arguments.signal)) {
-    read_signal_table(
-        arguments.signal,
-        arguments.columns.empty() ? SignalColumns{} : load_signal_columns(arguments.columns), sink);
+    const SignalColumns columns =
+        arguments.columns.empty() ? SignalColumns{} : load_signal_columns(arguments.columns);
+    for (const std::string& note : read_signal_table(arguments.signal, columns, sink)) {
+      std::cerr << "note: " << note << '\n';
+    }
   } else {
     if (!arguments.columns.empty()) {
       throw command_line::CommandError(arguments.signal +

@@ -3,9 +3,11 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <stdexcept>
+
 #include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/command_line/map_texts.hpp"
-#include "pipescout/csv/list_table.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/files/yaml_location.hpp"
 #include "pipescout/odometry/weld_detector.hpp"
 
@@ -18,15 +20,16 @@ class SignalColumnsReader {
 
   [[nodiscard]] SignalColumns read() const {
     command_line::require_known_keys(root_, path_, "the columns of a signal",
-                                     {"delimiter", "distance", "unit", "x", "y"});
+                                     {"delimiter", "decimal_mark", "distance", "unit", "x", "y"});
     SignalColumns columns;
     columns.path = path_;
-    if (const auto word = command_line::map_text(root_, "delimiter", path_)) {
-      const auto delimiter = list_delimiter(*word);
-      if (!delimiter) {
-        fail(root_["delimiter"], "delimiter must be ',', ';', '|' or tab, not '" + *word + "'");
+    columns.format.settings = path_;
+    for (const char* key : {"delimiter", "decimal_mark"}) {
+      try {
+        columns.format.set(key, command_line::map_text(root_, key, path_).value_or(""));
+      } catch (const std::invalid_argument& error) {
+        fail(root_[key], error.what());
       }
-      columns.delimiter = *delimiter;
     }
     columns.distance = command_line::required_map_text(root_, "distance", path_);
     const std::string unit = command_line::required_map_text(root_, "unit", path_);

@@ -5,13 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "pipescout/csv/csv_format.hpp"
+
 /// Which columns of a user's CSV file are the signal of an eddy-current probe. Format:
 /// docs/weld_inspection.md.
 namespace pipescout::inspect {
 
 struct SignalColumns {
-  std::string path;  ///< of the YAML file, for messages; empty: the names are the defaults
-  char delimiter = ',';
+  std::string path;    ///< of the YAML file, for messages; empty: the names are the defaults
+  CsvFormat format{};  ///< of the file, as far as the mapping says it
   std::string distance = "distance_m";
   double metres_per_unit = 1.0;  ///< of `distance`
   /// Columns of the two components of each channel, as many of one as of the other; empty: x and y,

@@ -16,8 +16,9 @@
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/suggestion.hpp"
-#include "pipescout/csv/csv_table.hpp"
-#include "pipescout/csv/list_table.hpp"
+#include "pipescout/csv/csv_file.hpp"
+#include "pipescout/csv/csv_reader.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/idl/message_type.hpp"
 
 namespace pipescout::inspect {
@@ -37,11 +38,11 @@ struct ChannelColumns {
   std::size_t y = 0;
 };
 
-std::size_t signal_column(const ListTable& table, const std::string& name,
+std::size_t signal_column(const CsvReader& table, const std::string& name,
                           const SignalColumns& columns) {
   const auto found = table.find_column(name);
   if (!found) {
-    throw CsvError(table.path(), 1,
+    throw CsvError(table.path(), table.header_line(),
                    "no column '" + name + "'" + command_line::suggestion(name, table.columns()) +
                        "; the file has " + quoted_list(table.columns()) +
                        (columns.path.empty() ? " (other names need --columns)"
@@ -50,7 +51,7 @@ std::size_t signal_column(const ListTable& table, const std::string& name,
   return *found;
 }
 
-std::vector<ChannelColumns> channel_columns(const ListTable& table, const SignalColumns& columns) {
+std::vector<ChannelColumns> channel_columns(const CsvReader& table, const SignalColumns& columns) {
   std::vector<ChannelColumns> result;
   for (std::size_t c = 0; c < columns.x.size(); ++c) {
     result.push_back(
@@ -74,13 +75,35 @@ std::vector<ChannelColumns> channel_columns(const ListTable& table, const Signal
 }
 
 /// NaN where there is none.
-double signal_value(const ListTable& table, std::size_t row, std::size_t column) {
-  const std::string text = table.cell(row, column);
-  if (text.empty()) {
+double signal_value(const CsvReader& table, std::size_t column) {
+  if (table.cells()[column].empty()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  const auto value = parse_csv_number(text);
-  return value && !std::isfinite(*value) ? *value : table.required(row, column);
+  const auto value = table.number(column);
+  if (!value) {
+    table.refuse(column, "a number");
+  }
+  return *value;
+}
+
+double distance_value(const CsvReader& table, std::size_t column) {
+  const double value = signal_value(table, column);
+  if (!std::isfinite(value)) {
+    table.refuse(column, "a distance, which every sample needs");
+  }
+  return value;
+}
+
+/// What the file says of the unit of the distance, the mapping must say too.
+void check_unit(const CsvReader& table, std::size_t column, const SignalColumns& columns) {
+  const std::string said = table.numbers()->unit(column);
+  const auto metres = metres_per_list_unit(said);
+  if (metres && *metres != columns.metres_per_unit) {
+    throw CsvError(
+        table.path(), table.header_line(),
+        "column '" + columns.distance + "' is in " + said + ", and the unit is " +
+            (columns.path.empty() ? "m without --columns" : "another one in " + columns.path));
+  }
 }
 
 struct FusedPoint {
@@ -147,22 +170,27 @@ std::optional<double> distance_at(const std::vector<FusedPoint>& points, double 
 
 }  // namespace
 
-void read_signal_table(const std::string& path, const SignalColumns& columns,
-                       const SignalSink& sink) {
-  const ListTable table(path, columns.delimiter,
-                        columns.path.empty() ? "the file of --columns" : columns.path);
+std::vector<std::string> read_signal_table(const std::string& path, const SignalColumns& columns,
+                                           const SignalSink& sink) {
+  const std::string bytes = read_csv_text(path);
+  CsvFormat format = columns.format;
+  if (columns.path.empty()) {
+    format.settings = "the file of --columns";
+  }
+  CsvReader table(bytes, path, format);
   const std::size_t distance = signal_column(table, columns.distance, columns);
+  check_unit(table, distance, columns);
   const std::vector<ChannelColumns> channels = channel_columns(table, columns);
   sink.begin(channels.size());
   std::array<Impedance, kMaxEddyCurrentChannels> values{};
-  for (std::size_t row = 0; row < table.rows(); ++row) {
+  while (table.next()) {
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      values[c] = {signal_value(table, row, channels[c].x),
-                   signal_value(table, row, channels[c].y)};
+      values[c] = {signal_value(table, channels[c].x), signal_value(table, channels[c].y)};
     }
-    sink.sample(table.required(row, distance) * columns.metres_per_unit,
+    sink.sample(distance_value(table, distance) * columns.metres_per_unit,
                 {values.data(), channels.size()});
   }
+  return table.notes();
 }
 
 BagRemainder read_signal_bag(const std::string& bag, const std::string& samples_topic,

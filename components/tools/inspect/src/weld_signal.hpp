@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "pipescout/odometry/weld_detector.hpp"
 #include "signal_columns.hpp"
@@ -21,9 +22,9 @@ struct SignalSink {
 };
 
 /// A CSV file. Throws CsvError, "file:line: column 'x': ...", for what is not a number; empty cells
-/// and nan are missing values.
-void read_signal_table(const std::string& path, const SignalColumns& columns,
-                       const SignalSink& sink);
+/// and nan are missing values. Returns how the file was read, where that is a guess.
+std::vector<std::string> read_signal_table(const std::string& path, const SignalColumns& columns,
+                                           const SignalSink& sink);
 
 /// What of a bag did not become samples of the signal.
 struct BagRemainder {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "pipescout/bags/bag_writer.hpp"
-#include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "pipescout/simulation/eddy_current_signal.hpp"
@@ -115,12 +115,12 @@ class InspectWelds : public ::testing::Test {
     return run_program(INSPECT_COMMAND, arguments, folder_.path());
   }
   void check_welds() const {
-    const CsvRows csv = read_csv_rows(content(folder_.path() / "welds.csv"));
+    const CsvTable csv(content(folder_.path() / "welds.csv"), "welds.csv");
     const std::vector<double> welds = true_welds();
-    ASSERT_EQ(csv.rows.size(), welds.size() + 1);
+    ASSERT_EQ(csv.rows(), welds.size());
     for (std::size_t k = 0; k < welds.size(); ++k) {
-      EXPECT_NEAR(*parse_csv_number(csv.rows[k + 1].cells[0]), welds[k], 0.01);
-      EXPECT_EQ(csv.rows[k + 1].cells[1], "Weld");
+      EXPECT_NEAR(csv.required(k, 0), welds[k], 0.01);
+      EXPECT_EQ(csv.cell(k, 1), "Weld");
     }
   }
 
@@ -144,16 +144,35 @@ TEST_F(InspectWelds, TakesTheColumnsThatAMappingNames) {
   check_welds();
 }
 
-TEST_F(InspectWelds, AnotherDelimiterIsNamedWithItsSetting) {
-  // Cells with decimal commas too, as spreadsheets of some countries write them.
-  write("signal.csv", "distance_m;x;y\n0,1;0,2;0,3\n");
+TEST_F(InspectWelds, GermanExcelsExportsGiveTheSameWelds) {
+  write_table("signal.csv", "distance_m,x,y", ',', 1.0);
+  ASSERT_EQ(run({"signal.csv", "--out", "original.csv"}).code(), 0);
+  for (const auto as : ::pipescout::testing::kExcelExports) {
+    write("excel.csv",
+          ::pipescout::testing::german_excel(content(folder_.path() / "signal.csv"), as));
+    const auto result = run({"excel.csv", "--out", "welds.csv"});
+    EXPECT_EQ(result.code(), 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("note: excel.csv: numbers have a decimal comma"));
+    // 15 digits of a cell are less than a double has.
+    check_welds();
+    EXPECT_EQ(CsvTable(content(folder_.path() / "welds.csv"), "").rows(),
+              CsvTable(content(folder_.path() / "original.csv"), "").rows());
+  }
+}
+
+TEST_F(InspectWelds, WhatMayBeThousandsIsAskedAbout) {
+  write("signal.csv", "distance_m;x;y\n0;1,234;2\n");
   write("columns.yaml", "distance: distance_m\nunit: m\nx: x\ny: y\n");
   const std::string problem =
-      "signal.csv:1: the columns seem to be separated by ';', and are read as separated by ',': "
-      "set 'delimiter' in ";
+      "signal.csv:2: column 'x': '1,234' may be 1.234 or 1234; set 'decimal_mark' in ";
   EXPECT_THAT(run({"signal.csv"}).err, HasSubstr(problem + "the file of --columns"));
   EXPECT_THAT(run({"signal.csv", "--columns", "columns.yaml"}).err,
               HasSubstr(problem + "columns.yaml"));
+  write("columns.yaml", "distance: distance_m\nunit: m\nx: x\ny: y\ndecimal_mark: ','\n");
+  EXPECT_EQ(run({"signal.csv", "--columns", "columns.yaml"}).code(), 0);
+  write("units.csv", "distance_m,x,y\nmm,V,V\n0,1,2\n");
+  EXPECT_THAT(run({"units.csv"}).err,
+              HasSubstr("column 'distance_m' is in mm, and the unit is m without --columns"));
 }
 
 TEST_F(InspectWelds, TakesABag) {
@@ -179,7 +198,7 @@ TEST_F(InspectWelds, UsesADamagedBagAsFarAsItGoes) {
   const auto result = run({"bag", "--out", "welds.csv"});
   EXPECT_EQ(result.code(), 1);
   EXPECT_THAT(result.err, HasSubstr("bag cannot be read to its end"));
-  const std::size_t found = read_csv_rows(content(folder_.path() / "welds.csv")).rows.size() - 1;
+  const std::size_t found = CsvTable(content(folder_.path() / "welds.csv"), "welds.csv").rows();
   EXPECT_GT(found, 1U);
   EXPECT_LT(found, true_welds().size());
 }
@@ -187,10 +206,10 @@ TEST_F(InspectWelds, UsesADamagedBagAsFarAsItGoes) {
 TEST_F(InspectWelds, NamesWhatItCannotUse) {
   write("number.csv", "distance_m,x,y\n0,1,2\n0.1,1;5,2\n");
   EXPECT_THAT(run({"number.csv"}).err,
-              HasSubstr("number.csv:3: column 'x': '1;5' is not a finite number"));
+              HasSubstr("number.csv:3: column 'x': '1;5' is not a number"));
   write("distance.csv", "distance_m,x,y\n,1,2\n");
   EXPECT_THAT(run({"distance.csv"}).err,
-              HasSubstr("distance.csv:2: column 'distance_m': is missing"));
+              HasSubstr("distance.csv:2: column 'distance_m': '' is not a distance"));
   write("header.csv", "s,x,y\n0,1,2\n");
   EXPECT_THAT(run({"header.csv"}).err,
               HasSubstr("header.csv:1: no column 'distance_m'; the file has 's', 'x', 'y' (other "

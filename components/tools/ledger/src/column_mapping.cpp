@@ -6,19 +6,21 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "pipescout/command_line/known_keys.hpp"
 #include "pipescout/command_line/map_texts.hpp"
-#include "pipescout/csv/csv_rows.hpp"
-#include "pipescout/csv/csv_table.hpp"
-#include "pipescout/csv/list_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/files/yaml_location.hpp"
 
 namespace pipescout::ledger {
 namespace {
 
 constexpr std::array kKeys{"delimiter",
+                           "decimal_mark",
                            "distance",
                            "unit",
                            "kind",
@@ -45,15 +47,6 @@ constexpr std::array<std::pair<const char*, LandmarkKind>, 4> kLandmarkKeys{
      {"tees", LandmarkKind::kTee},
      {"bends", LandmarkKind::kBend}}};
 
-/// "m" of "Log distance [m]" or "Log distance (m)"; empty without.
-std::string bracketed(const std::string& name) {
-  const auto open = name.find_last_of("[(");
-  const auto close = name.find_last_of("])");
-  return open == std::string::npos || close == std::string::npos || close < open
-             ? std::string()
-             : name.substr(open + 1, close - open - 1);
-}
-
 class Reader {
  public:
   Reader(const YAML::Node& root, const std::string& path) : root_(root), path_(path) {}
@@ -63,7 +56,10 @@ class Reader {
                                      {kKeys.begin(), kKeys.end()});
     ColumnMapping mapping;
     mapping.path = path_;
-    mapping.delimiter = delimiter();
+    mapping.format.settings = path_;
+    for (const char* key : {"delimiter", "decimal_mark"}) {
+      set_format(key, mapping.format);
+    }
     mapping.distance = *column("distance", true);
     mapping.metres_per_unit = metres_per("unit", true);
     const std::string said = bracketed(mapping.distance.name);
@@ -136,15 +132,12 @@ class Reader {
     return *metres;
   }
 
-  char delimiter() const {
-    const auto word = text_of("delimiter", false);
-    if (!word) {
-      return ',';
+  void set_format(const char* key, CsvFormat& format) const {
+    try {
+      format.set(key, text_of(key, false).value_or(""));
+    } catch (const std::invalid_argument& error) {
+      fail(root_[key], error.what());
     }
-    if (const auto delimiter = list_delimiter(*word)) {
-      return *delimiter;
-    }
-    fail(root_["delimiter"], "delimiter must be ',', ';', '|' or tab, not '" + *word + "'");
   }
 
   double number(const std::string& key, double fallback, double largest) const {
@@ -188,8 +181,20 @@ std::optional<MappedColumn> pof_column(const std::vector<std::string>& columns,
   return found;
 }
 
-std::optional<ColumnMapping> pof_mapping_of(const std::vector<std::string>& columns) {
+}  // namespace
+
+ColumnMapping load_column_mapping(const std::string& path) {
+  return Reader(load_yaml(path), path).read();
+}
+
+ColumnMapping parse_column_mapping(const std::string& text, const std::string& path) {
+  return Reader(parse_yaml(text, path), path).read();
+}
+
+std::optional<ColumnMapping> pof_column_mapping(const std::vector<std::string>& columns,
+                                                const CsvFormat& format) {
   ColumnMapping mapping;
+  mapping.format = format;
   mapping.path = "the list of the Pipeline Operators Forum";
   const auto distance = pof_column(columns, {"log distance"});
   const auto kind = pof_column(columns, {"feature type"});
@@ -219,32 +224,6 @@ std::optional<ColumnMapping> pof_mapping_of(const std::vector<std::string>& colu
     mapping.longitude.reset();
   }
   return mapping;
-}
-
-}  // namespace
-
-ColumnMapping load_column_mapping(const std::string& path) {
-  return Reader(load_yaml(path), path).read();
-}
-
-ColumnMapping parse_column_mapping(const std::string& text, const std::string& path) {
-  return Reader(parse_yaml(text, path), path).read();
-}
-
-std::optional<ColumnMapping> pof_column_mapping(std::string_view header) {
-  for (const char delimiter : {',', ';', '\t', '|'}) {
-    const CsvRows rows = read_csv_rows(header, delimiter);
-    if (rows.rows.empty()) {
-      return std::nullopt;
-    }
-    std::vector<std::string> columns = rows.rows.front().cells;
-    std::ranges::transform(columns, columns.begin(), folded);
-    if (auto mapping = pof_mapping_of(columns)) {
-      mapping->delimiter = delimiter;
-      return mapping;
-    }
-  }
-  return std::nullopt;
 }
 
 }  // namespace pipescout::ledger

@@ -3,9 +3,9 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "pipescout/csv/csv_format.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 
 /// Which columns of somebody's list of an inspection mean what. Format: docs/weld_ledger.md.
@@ -18,8 +18,8 @@ struct MappedColumn {
 };
 
 struct ColumnMapping {
-  std::string path;  ///< of the YAML file, for messages
-  char delimiter = ',';
+  std::string path;              ///< of the YAML file, for messages
+  CsvFormat format{};            ///< of the list, as far as the mapping says it
   MappedColumn distance;         ///< by the run's odometer
   double metres_per_unit = 1.0;  ///< of `distance` and `relative_distance`
   MappedColumn kind;
@@ -50,7 +50,8 @@ struct ColumnMapping {
 
 /// For a list with the columns of a pipe tally by the Pipeline Operators Forum ("Log distance [m]",
 /// "Feature type", "Abs. dist. to upstream weld [m]", ...; POF 100, 2021, and before), which says
-/// its unit: nothing for other lists. `header`: its first line.
-[[nodiscard]] std::optional<ColumnMapping> pof_column_mapping(std::string_view header);
+/// its unit: nothing for other lists. `columns`: of the list; `format`: its own.
+[[nodiscard]] std::optional<ColumnMapping> pof_column_mapping(
+    const std::vector<std::string>& columns, const CsvFormat& format);
 
 }  // namespace pipescout::ledger

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "pipescout/command_line/text_table.hpp"
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/validation/number_text.hpp"
 #include "report_text.hpp"
 

@@ -5,12 +5,14 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "ledger_report.hpp"
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/csv/utf8.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/statistics/median.hpp"
@@ -47,17 +49,35 @@ struct Options {
   std::string features;
   std::string report;
   std::string json;
+  CsvFormat format{.settings = "--"};  // of files without --columns
 };
 
+void tell(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) {
+    std::cerr << "note: " << note << '\n';
+  }
+}
+
 RunFile read_run_of(const Options& options) {
-  return options.columns.empty() ? read_run(options.run)
-                                 : read_run(options.run, load_column_mapping(options.columns));
+  RunFile run = options.columns.empty()
+                    ? read_run(options.run, options.format)
+                    : read_run(options.run, load_column_mapping(options.columns));
+  tell(run.notes);
+  return run;
+}
+
+WeldLedger read_ledger_of(const Options& options) {
+  LedgerFile file = read_ledger(options.ledger, options.format);
+  tell(file.notes);
+  return std::move(file.ledger);
 }
 
 LedgerRun run_of(const Options& options) {
-  LedgerRun run{.name = options.name.empty() ? std::filesystem::path(options.run).stem().string()
-                                             : options.name,
-                .date = options.date};
+  // Headers have no runs of blanks.
+  LedgerRun run{
+      .name = folded(options.name.empty() ? std::filesystem::path(options.run).stem().string()
+                                          : options.name),
+      .date = folded(options.date)};
   for (const std::string& text : {run.name, run.date}) {
     if (first_byte_not_utf8(text) != std::string_view::npos) {
       throw CommandError("the name or the date of the run, '" + text +
@@ -170,7 +190,9 @@ int build(const Options& options) {
   const RunFile run = read_run_of(options);
   WeldLedger ledger = ledger_of(run, options);
   if (!options.survey.empty()) {
-    ledger = lay_along(std::move(ledger), read_survey(options.survey));
+    const SurveyFile survey = read_survey(options.survey, options.format);
+    tell(survey.notes);
+    ledger = lay_along(std::move(ledger), survey.line);
   }
   replace_file(options.out, to_csv(ledger));
   if (!options.geojson.empty()) {
@@ -207,7 +229,7 @@ std::string middle_joint(const std::vector<odometry::WeldPosition>& welds) {
 
 int align(const Options& options) {
   const RunFile run = read_run_of(options);
-  const WeldLedger ledger = read_ledger(options.ledger);
+  const WeldLedger ledger = read_ledger_of(options);
   LedgerRun name = run_of(options);
   const auto is_taken = [&] {
     return std::find(ledger.runs.begin(), ledger.runs.end(), name) != ledger.runs.end();
@@ -251,7 +273,7 @@ int align(const Options& options) {
 }
 
 int show(const Options& options) {
-  const WeldLedger ledger = read_ledger(options.ledger);
+  const WeldLedger ledger = read_ledger_of(options);
   if (!options.geojson.empty()) {
     write_geojson(options.geojson, ledger);
   }
@@ -272,6 +294,25 @@ CLI::Validator header_text() {
           ""};
 }
 
+void add_format_options(CLI::App& command, Options& options) {
+  for (const char* key : {"delimiter", "decimal_mark"}) {
+    std::string option = std::string("--") + key;
+    std::ranges::replace(option, '_', '-');
+    command.add_option_function<std::string>(
+        option,
+        [key, &options](const std::string& word) {
+          try {
+            options.format.set(key, word);
+          } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError(error.what());
+          }
+        },
+        std::string(key == std::string("delimiter") ? "Between columns: ',', ';', '|', tab or blank"
+                                                    : "Of numbers: '.' or ','") +
+            ", of files without --columns; recognised without it");
+  }
+}
+
 void add_run_options(CLI::App& command, Options& options) {
   command.add_option("run", options.run, "List of the run's girth welds and features, or a tally")
       ->required();
@@ -281,6 +322,7 @@ void add_run_options(CLI::App& command, Options& options) {
   command.add_option("--name", options.name, "Name of the run; default: name of the file")
       ->check(header_text());
   command.add_option("--date", options.date, "Date of the run, informative")->check(header_text());
+  add_format_options(command, options);
 }
 
 /// Two results in one file would leave the last of them, and one in place of an input would leave
@@ -337,6 +379,7 @@ void add_commands(CLI::App& app, Action& action) {
 
   auto* show_command = app.add_subcommand("show", "Print the content of a ledger");
   show_command->add_option("ledger", options->ledger, "The ledger, CSV")->required();
+  add_format_options(*show_command, *options);
   show_command->add_option("--geojson", options->geojson, "Write the ledger as a map too");
   show_command->callback([=, &action] {
     check_files({options->ledger}, {options->geojson});

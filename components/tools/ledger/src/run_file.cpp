@@ -10,8 +10,9 @@
 #include <utility>
 
 #include "pipescout/command_line/suggestion.hpp"
+#include "pipescout/csv/csv_file.hpp"
 #include "pipescout/csv/csv_table.hpp"
-#include "pipescout/csv/list_table.hpp"
+#include "pipescout/csv/csv_words.hpp"
 #include "pipescout/statistics/median.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
@@ -45,7 +46,7 @@ std::string kinds_of(const std::map<std::string, std::size_t>& counts) {
   return text + (kinds.size() > kKindsShown ? ", ..." : "");
 }
 
-double required_angle(const ListTable& table, std::size_t row, std::size_t column, double limit) {
+double required_angle(const CsvTable& table, std::size_t row, std::size_t column, double limit) {
   const double value = table.required(row, column);
   if (std::abs(value) > limit) {
     table.refuse(row, column,
@@ -64,7 +65,7 @@ std::string sentence_end(const std::string& suggestion) {
 class ListReader {
  public:
   ListReader(const std::string& path, const ColumnMapping& mapping)
-      : table_(path, mapping.delimiter, mapping.path),
+      : table_(read_csv_text(path), path, mapping.format),
         mapping_(mapping),
         distance_(column(mapping.distance, "the distance")),
         kind_(column(mapping.kind, "the kind of a row")),
@@ -72,16 +73,19 @@ class ListReader {
         relative_(optional_column(mapping.relative_distance, "the distance from the weld")),
         latitude_(optional_column(mapping.latitude, "the latitude")),
         longitude_(optional_column(mapping.longitude, "the longitude")),
-        height_(optional_column(mapping.height, "the height")) {}
+        height_(optional_column(mapping.height, "the height")) {
+    check_unit();
+  }
 
   RunFile read() {
     run_.path = table_.path();
+    run_.notes = table_.notes();
     run_.length_noise = mapping_.odometer_standard_deviation;
     std::vector<std::string> welds;
     std::ranges::transform(mapping_.girth_welds, std::back_inserter(welds), folded);
     std::map<std::string, std::size_t> counts;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
-      const std::string kind = table_.cell(row, kind_);
+      const std::string kind = folded(table_.cell(row, kind_));
       ++counts[kind];
       const double chainage = table_.required(row, distance_) * mapping_.metres_per_unit;
       if (std::ranges::find(welds, kind) != welds.end()) {
@@ -106,6 +110,17 @@ class ListReader {
   }
 
  private:
+  /// What a row of units says of the distance, the mapping must say too.
+  void check_unit() const {
+    const std::string said = table_.numbers().unit(distance_);
+    const auto metres = metres_per_list_unit(said);
+    if (metres && *metres != mapping_.metres_per_unit) {
+      throw CsvError(table_.path(), table_.header_line(),
+                     "column '" + mapping_.distance.name + "' is in " + said +
+                         ", and the unit in " + mapping_.path + " is another one");
+    }
+  }
+
   /// A wrong unit would give a ledger of a pipe that nobody has.
   void check_length() const {
     const double length = run_.welds.back().chainage - run_.welds.front().chainage;
@@ -140,7 +155,7 @@ class ListReader {
   std::size_t column(const MappedColumn& wanted, const std::string& what) const {
     const auto found = table_.find_column(wanted.name);
     if (!found) {
-      throw CsvError(table_.path(), 1,
+      throw CsvError(table_.path(), table_.header_line(),
                      "no column '" + wanted.name + "', which " + wanted.location + " wants as " +
                          what + sentence_end(suggestion(wanted.name, table_.columns())) +
                          "The file has " + quoted_list(table_.columns()) + ". The mapping wants " +
@@ -181,7 +196,7 @@ class ListReader {
   void add_feature(std::size_t row, const std::string& kind, double chainage) {
     RunFeature feature{.line = table_.line(row),
                        .kind = kind,
-                       .clock = clock_ ? table_.cell(row, *clock_) : "",
+                       .clock = clock_ ? folded(table_.cell(row, *clock_)) : "",
                        .chainage = chainage,
                        .given_from_weld = kNaN,
                        .from_weld = kNaN};
@@ -222,7 +237,7 @@ class ListReader {
                        .standard_deviation = mapping_.position_standard_deviation};
   }
 
-  const ListTable table_;
+  const CsvTable table_;
   const ColumnMapping& mapping_;
   const std::size_t distance_;
   const std::size_t kind_;
@@ -236,7 +251,7 @@ class ListReader {
 };
 
 /// The three columns of a survey's frame, from what its header has.
-std::pair<MapFrame, std::array<std::size_t, 3>> survey_columns(const ListTable& table) {
+std::pair<MapFrame, std::array<std::size_t, 3>> survey_columns(const CsvTable& table) {
   const std::array<std::pair<MapFrame, std::array<const char*, 3>>, 2> frames{
       {{MapFrame::kGeodetic, {"latitude_deg", "longitude_deg", "height_m"}},
        {MapFrame::kLocal, {"x_m", "y_m", "z_m"}}}};
@@ -248,7 +263,7 @@ std::pair<MapFrame, std::array<std::size_t, 3>> survey_columns(const ListTable& 
     for (std::size_t axis = 0; axis < names.size(); ++axis) {
       const auto column = table.find_column(names[axis]);
       if (!column) {
-        throw CsvError(table.path(), 1,
+        throw CsvError(table.path(), table.header_line(),
                        "no column '" + std::string(names[axis]) + "'; the file has " +
                            quoted_list(table.columns()));
       }
@@ -256,7 +271,7 @@ std::pair<MapFrame, std::array<std::size_t, 3>> survey_columns(const ListTable& 
     }
     return {frame, columns};
   }
-  throw CsvError(table.path(), 1,
+  throw CsvError(table.path(), table.header_line(),
                  "a survey has columns latitude_deg, longitude_deg, height_m or x_m, y_m, z_m; the "
                  "file has " +
                      quoted_list(table.columns()));
@@ -268,14 +283,16 @@ RunFile read_run(const std::string& path, const ColumnMapping& mapping) {
   return ListReader(path, mapping).read();
 }
 
-RunFile read_run(const std::string& path) {
-  const std::string text = read_list_text(path);
-  if (const auto mapping = pof_column_mapping(text.substr(0, text.find('\n')))) {
+RunFile read_run(const std::string& path, const CsvFormat& format) {
+  const std::string bytes = read_csv_text(path);
+  if (const auto mapping = pof_column_mapping(CsvReader(bytes, path, format).columns(), format)) {
     return read_run(path, *mapping);
   }
   RunFile run;
   run.path = path;
-  run.ledger = read_ledger(path);
+  auto [ledger, notes] = read_ledger(path, format);
+  run.ledger = std::move(ledger);
+  run.notes = std::move(notes);
   for (const odometry::LedgerLandmark& landmark : run.ledger->landmarks) {
     run.landmarks.push_back({.kind = landmark.kind,
                              .chainage = landmark.chainage,
@@ -291,20 +308,20 @@ RunFile read_run(const std::string& path) {
   return run;
 }
 
-WeldLedger read_ledger(const std::string& path) {
+LedgerFile read_ledger(const std::string& path, const CsvFormat& format) {
+  const CsvTable table(read_csv_text(path), path, format);
   try {
-    return ledger_from_csv(read_list_text(path));
-  } catch (const LedgerTextError& error) {
-    const bool foreign = error.line() == 1 && !error.field().empty();
-    throw CsvError(path, error.line(),
-                   (error.field().empty() ? "" : "column '" + error.field() + "': ") +
-                       error.problem() +
-                       (foreign ? " (a list with other columns needs --columns)" : ""));
+    return {ledger_from_csv(table), table.notes()};
+  } catch (const CsvError& error) {
+    const bool foreign = error.line() == table.header_line();
+    throw CsvError(
+        path, error.line(),
+        error.message() + (foreign ? " (a list with other columns needs --columns)" : ""));
   }
 }
 
-odometry::CentreLine read_survey(const std::string& path) {
-  const ListTable table(path, ',', "");
+SurveyFile read_survey(const std::string& path, const CsvFormat& format) {
+  const CsvTable table(read_csv_text(path), path, format);
   const auto [frame, columns] = survey_columns(table);
   const auto sigma = table.find_column("position_sd_m");
   const auto chainage = table.find_column("chainage_m");
@@ -344,7 +361,7 @@ odometry::CentreLine read_survey(const std::string& path) {
   if (points.size() < 2) {
     throw CsvError(path, 0, "a survey needs at least 2 points");
   }
-  return {frame, std::move(points)};
+  return {.line = {frame, std::move(points)}, .notes = table.notes()};
 }
 
 }  // namespace pipescout::ledger

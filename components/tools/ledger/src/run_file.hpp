@@ -36,19 +36,30 @@ struct RunFile {
       odometry::LedgerParameters{}.length_noise;  ///< m / sqrt(m), of its odometer
   /// Of a file in the ledger's own format, which needs no mapping and has no features.
   std::optional<odometry::WeldLedger> ledger;
+  std::vector<std::string> notes;  ///< how the file was read, where that is a guess
+};
+
+struct LedgerFile {
+  odometry::WeldLedger ledger;
+  std::vector<std::string> notes;
+};
+
+struct SurveyFile {
+  odometry::CentreLine line;
+  std::vector<std::string> notes;
 };
 
 /// A list whose columns the mapping names.
 [[nodiscard]] RunFile read_run(const std::string& path, const ColumnMapping& mapping);
 /// A ledger or a tally in the ledger's own format, or a list with the columns of the Pipeline
-/// Operators Forum.
-[[nodiscard]] RunFile read_run(const std::string& path);
+/// Operators Forum. `format`: as far as the user says it.
+[[nodiscard]] RunFile read_run(const std::string& path, const CsvFormat& format);
 
-[[nodiscard]] odometry::WeldLedger read_ledger(const std::string& path);
+[[nodiscard]] LedgerFile read_ledger(const std::string& path, const CsvFormat& format);
 
 /// Points along the pipe: latitude_deg, longitude_deg, height_m or x_m, y_m, z_m, and optionally
 /// position_sd_m (1 m without it) and chainage_m (may be empty). Other columns are passed over, so
 /// that a ledger with a map is a survey too.
-[[nodiscard]] odometry::CentreLine read_survey(const std::string& path);
+[[nodiscard]] SurveyFile read_survey(const std::string& path, const CsvFormat& format);
 
 }  // namespace pipescout::ledger

@@ -19,7 +19,8 @@ constexpr const char* kLeast =
 
 TEST(ColumnMapping, NeedsDistanceUnitKindAndGirthWeld) {
   const auto mapping = parse_column_mapping(kLeast, "m.yaml");
-  EXPECT_EQ(mapping.delimiter, ',');
+  EXPECT_FALSE(mapping.format.delimiter);
+  EXPECT_EQ(mapping.format.settings, "m.yaml");
   EXPECT_EQ(mapping.distance.name, "log [ft]");
   EXPECT_EQ(mapping.distance.location, "m.yaml:1:11");
   EXPECT_DOUBLE_EQ(mapping.metres_per_unit, 0.3048);
@@ -29,6 +30,7 @@ TEST(ColumnMapping, NeedsDistanceUnitKindAndGirthWeld) {
 
 TEST(ColumnMapping, ReadsAll) {
   const auto mapping = parse_column_mapping(R"(delimiter: tab
+decimal_mark: ','
 distance: d
 unit: metres
 kind: k
@@ -44,7 +46,8 @@ weld_standard_deviation: 0.1
 position_standard_deviation: 2
 )",
                                             "m.yaml");
-  EXPECT_EQ(mapping.delimiter, '\t');
+  EXPECT_EQ(mapping.format.delimiter, '\t');
+  EXPECT_EQ(mapping.format.decimal_mark, ',');
   EXPECT_DOUBLE_EQ(mapping.metres_per_unit, 1.0);
   EXPECT_THAT(mapping.girth_welds, ElementsAre("Girth Weld", "GWD"));
   EXPECT_EQ(mapping.clock->name, "o'clock");
@@ -79,7 +82,7 @@ TEST(ColumnMapping, ErrorsNameFileLineAndKey) {
   const std::string least = kLeast;
   EXPECT_THAT(error_of(least + "clok: c\n"),
               StartsWith("m.yaml:5:1: unknown key 'clok' in a mapping of columns; did you mean "
-                         "'clock'? (known: delimiter, distance, "));
+                         "'clock'? (known: delimiter, decimal_mark, distance, "));
   EXPECT_THAT(error_of("distance: d\n"), HasSubstr("key 'unit' is missing"));
   EXPECT_THAT(error_of("distance: d\nunit: yards\n"),
               "m.yaml:2:7: unit must be one of metres (m), millimetres (mm), centimetres (cm), "
@@ -93,7 +96,9 @@ TEST(ColumnMapping, ErrorsNameFileLineAndKey) {
   EXPECT_THAT(error_of("distance: d\nunit: feet\nkind: k\ngirth_weld: {a: b}\n"),
               "m.yaml:4:13: girth_weld must be a text or a list of texts");
   EXPECT_THAT(error_of(least + "delimiter: x\n"),
-              "m.yaml:5:12: delimiter must be ',', ';', '|' or tab, not 'x'");
+              "m.yaml:5:12: delimiter must be ',', ';', '|', tab or blank, not 'x'");
+  EXPECT_THAT(error_of(least + "decimal_mark: ;\n"),
+              "m.yaml:5:15: decimal_mark must be '.' or ',', not ';'");
   EXPECT_THAT(error_of(least + "latitude: a\n"),
               "m.yaml:5:11: latitude and longitude belong together; one of them is missing");
   EXPECT_THAT(error_of(least + "longitude: a\n"), StartsWith("m.yaml:5:12: latitude and"));

@@ -11,7 +11,8 @@
 #include <random>
 #include <string_view>
 
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/odometry/weld_ledger.hpp"
 #include "pipescout/testing/program.hpp"
@@ -34,12 +35,13 @@ constexpr std::size_t kWelds = 41;
 
 /// A CSV file as rows by column.
 std::vector<std::map<std::string, std::string>> table(const fs::path& path) {
-  const auto csv = read_csv_rows(content(path));
+  const std::string bytes = content(path);
+  CsvReader reader(bytes, path.string());
   std::vector<std::map<std::string, std::string>> rows;
-  for (std::size_t row = 1; row < csv.rows.size(); ++row) {
+  while (reader.next()) {
     auto& cells = rows.emplace_back();
-    for (std::size_t column = 0; column < csv.rows[0].cells.size(); ++column) {
-      cells[csv.rows[0].cells[column]] = csv.rows[row].cells[column];
+    for (std::size_t column = 0; column < reader.columns().size(); ++column) {
+      cells[reader.columns()[column]] = reader.cells()[column];
     }
   }
   return rows;
@@ -105,6 +107,44 @@ class LedgerCommand : public ::testing::Test {
   std::vector<double> pipe_;
   ::pipescout::testing::TemporaryFolder folder_;
 };
+
+TEST_F(LedgerCommand, GermanExcelsExportsGiveTheSameLedger) {
+  build_first();
+  const auto shown = out({"show", "ledger.csv"});
+  for (const auto as : ::pipescout::testing::kExcelExports) {
+    write("excel.csv", ::pipescout::testing::german_excel(content(path("first.csv")), as));
+    const auto built = run({"build", "excel.csv", "--columns", "m.yaml", "--name", "first",
+                            "--date", "2020", "--out", "excel_ledger.csv"});
+    EXPECT_EQ(built.code(), 0) << built.err;
+    EXPECT_THAT(built.err, HasSubstr("note: excel.csv: numbers have a decimal comma"));
+    EXPECT_EQ(content(path("excel_ledger.csv")), content(path("ledger.csv")));
+    // The ledger itself may have been in Excel too; that keeps 15 digits.
+    write("excel.csv", ::pipescout::testing::german_excel(content(path("ledger.csv")), as));
+    EXPECT_EQ(out({"show", "excel.csv"}), shown);
+  }
+}
+
+TEST_F(LedgerCommand, WhatMayBeThousandsIsAskedAbout) {
+  write("tally.csv", "id;joint_length_m\nA;12,125\nB;9,250\nC;11,875\nD;\n");
+  EXPECT_THAT(
+      error({"build", "tally.csv", "--out", "l.csv"}),
+      HasSubstr("tally.csv:2: column 'joint_length_m': '12,125' may be 12.125 or 12125; give "
+                "--decimal-mark"));
+  EXPECT_THAT(out({"build", "tally.csv", "--decimal-mark", ",", "--out", "l.csv"}),
+              HasSubstr("A at 0.000 m to D at 33.250 m"));
+  EXPECT_THAT(error({"build", "tally.csv", "--decimal-mark", ";", "--out", "l.csv"}, 2),
+              HasSubstr("decimal_mark must be '.' or ',', not ';'"));
+}
+
+TEST_F(LedgerCommand, SeparatorLinesAreUnderstood) {
+  build_first();
+  write("sep.csv", "sep=,\n" + content(path("first.csv")));
+  EXPECT_EQ(run({"build", "sep.csv", "--columns", "m.yaml", "--name", "first", "--date", "2020",
+                 "--out", "sep_ledger.csv"})
+                .err,
+            "");
+  EXPECT_EQ(content(path("sep_ledger.csv")), content(path("ledger.csv")));
+}
 
 TEST_F(LedgerCommand, AlignsARunAndPlacesItsFeatures) {
   build_first();
@@ -328,7 +368,7 @@ TEST_F(LedgerCommand, KnowsTheColumnsOfThePipelineOperatorsForum) {
   EXPECT_EQ(landmarks["V00010"].at("seen"), "2");
   EXPECT_EQ(landmarks["M00010"].at("seen"), "2");
   EXPECT_EQ(landmarks["T00010"].at("seen"), "1");
-  const auto ledger = ledger_from_csv(content(path("ledger.csv")));
+  const auto ledger = ledger_from_csv(CsvTable(content(path("ledger.csv")), "ledger.csv"));
   EXPECT_NEAR(std::stod(landmarks["V00010"].at("chainage_m")), ledger.welds[5].chainage + 2.0,
               0.02);
 }
@@ -430,7 +470,7 @@ TEST_F(LedgerCommand, RealRunsShareALedger) {
   EXPECT_EQ(table(path("features.csv")).size(), 2071U);
   EXPECT_EQ(table(path("report.csv")).size(), figures["matched"]);
   const auto text = content(path("both.csv"));
-  EXPECT_EQ(to_csv(ledger_from_csv(text)), text);
+  EXPECT_EQ(to_csv(ledger_from_csv(CsvTable(text, "ledger.csv"))), text);
   EXPECT_THAT(out({"show", "both.csv"}), HasSubstr("confirmed  " + figures["matched"].dump()));
 }
 

@@ -9,6 +9,7 @@
 
 #include "pipescout/csv/csv_file.hpp"
 #include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/testing/german_excel.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout::ledger {
@@ -51,10 +52,10 @@ class RunFiles : public ::testing::Test {
     return error_of([&] { return read(text, mapping); });
   }
   std::string survey_error(const std::string& text) const {
-    return error_of([&] { return read_survey(write(text)); });
+    return error_of([&] { return read_survey(write(text), {}); });
   }
   std::string ledger_error(const std::string& text) const {
-    return error_of([&] { return read_ledger(write(text)); });
+    return error_of([&] { return read_ledger(write(text), {}); });
   }
 
   ::pipescout::testing::TemporaryFolder folder_;
@@ -104,9 +105,9 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
             "run.csv:3: column 'log [ft]': 5 is not above 5, the girth weld before, line 2");
   EXPECT_EQ(rows("GWD,5,,,\nTap,1,,,\n\nGWD,4,,,\n"),
             "run.csv:5: column 'log [ft]': 4 is not above 5, the girth weld before, line 2");
-  EXPECT_EQ(rows("GWD,\"1,234.5\",,,\n"),
-            "run.csv:2: column 'log [ft]': '1,234.5' is not a finite number; write it without "
-            "thousands separators and with a decimal point");
+  EXPECT_EQ(rows("GWD,\"1,234\",,,\n"),
+            "run.csv:2: column 'log [ft]': '1,234' may be 1.234 or 1234; set 'decimal_mark' in "
+            "m.yaml");
   EXPECT_EQ(rows("Tap,nan,,,\n"), "run.csv:2: column 'log [ft]': 'nan' is not a finite number");
   EXPECT_EQ(rows("GWD,1e12,,,\n"), "run.csv:2: column 'log [ft]': '1e12' is out of range");
   EXPECT_EQ(rows("GWD,5,,,\nTap,6,,x,\n"),
@@ -116,20 +117,50 @@ TEST_F(RunFiles, ErrorsNameFileLineAndColumn) {
             "run.csv:3: a quotation mark of this row is not closed");
   EXPECT_EQ(rows(""), "run.csv: has a header but no rows");
   EXPECT_EQ(error(""), "run.csv: is empty; a header line is needed");
-  EXPECT_EQ(error("\xFF\xFE"), "run.csv: is UTF-16; save it as UTF-8");
+  EXPECT_EQ(error("\xFF\xFE"), "run.csv: is empty; a header line is needed");
   EXPECT_EQ(error(kHeader + std::string("a\0", 2)),
-            "run.csv:2: is not text: it contains a zero byte");
+            "run.csv:2: is not text: it contains a zero byte; UTF-16 needs its byte order mark");
   EXPECT_EQ(error("event,log [ft],event,o'clock,to weld\nGWD,1,,,\n"),
             "run.csv:1: two columns are named 'event'");
 }
 
-TEST_F(RunFiles, TextThatIsNotUtf8IsRefusedWithItsLine) {
-  EXPECT_THAT(error(kHeader + "GWD,5,,,\nAu\xDF"
-                              "en,6,,,\n"),
-              StartsWith("run.csv:3: is not UTF-8: byte 0xdf"));
-  EXPECT_THAT(ledger_error("id,joint_length_m\nNaht-S\xFC"
-                           "d,12\nB,\n"),
-              StartsWith("run.csv:2: is not UTF-8: byte 0xfc"));
+TEST_F(RunFiles, Windows1252IsConvertedAndSaid) {
+  const auto run = read(kHeader +
+                        "GWD,5,,,\nAu\xDF"
+                        "en,6,,,\n");
+  EXPECT_EQ(run.features[0].kind, "Außen");
+  ASSERT_EQ(run.notes.size(), 1U);
+  EXPECT_THAT(run.notes[0],
+              EndsWith("run.csv:3: byte 0xdf is not UTF-8; the file is read as Windows-1252"));
+  EXPECT_EQ(read_ledger(write("id,joint_length_m\nNaht-S\xFC"
+                              "d,12\nB,\n"),
+                        {})
+                .ledger.welds[0]
+                .id,
+            "Naht-Süd");
+}
+
+TEST_F(RunFiles, AGermanExcelsExportIsTheSameRun) {
+  const std::string text = kHeader +
+                           "GWD,0.25,,,10\n\"Außenkorrosion, tief; 24\"\"\",10.5,09:30,-10.125,7\n"
+                           "GWD,1040.125,,,20\n";
+  const auto original = read(text);
+  for (const auto as : ::pipescout::testing::kExcelExports) {
+    const auto run = read(::pipescout::testing::german_excel(text, as));
+    ASSERT_EQ(run.welds.size(), 2U);
+    EXPECT_EQ(run.welds[1].chainage, original.welds[1].chainage);
+    ASSERT_EQ(run.features.size(), 1U);
+    EXPECT_EQ(run.features[0].kind, original.features[0].kind);
+    EXPECT_EQ(run.features[0].clock, original.features[0].clock);
+    EXPECT_EQ(run.features[0].given_from_weld, original.features[0].given_from_weld);
+  }
+}
+
+TEST_F(RunFiles, ARowOfUnitsMustAgreeWithTheMapping) {
+  const std::string mapping = "distance: d\nkind: k\ngirth_weld: w\nunit: ";
+  EXPECT_DOUBLE_EQ(read("d,k\n[mm],\n4000,w\n16120,w\n", mapping + "mm").welds[1].chainage, 16.12);
+  EXPECT_EQ(error("d,k\n[mm],\n4000,w\n16120,w\n", mapping + "m"),
+            "run.csv:1: column 'd' is in mm, and the unit in m.yaml is another one");
 }
 
 TEST_F(RunFiles, HeadersOfSpreadsheetsAreMatchedWithWhiteSpaceFolded) {
@@ -172,9 +203,7 @@ TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
             "run.csv:1: no column 'log [ft]', which m.yaml:1:11 wants as the distance; did you "
             "mean 'Log [ft]'? The file has 'event', 'Log [ft]', 'o'clock', 'to weld'. The mapping "
             "wants 'log [ft]', 'event', 'o'clock', 'to weld'");
-  EXPECT_EQ(error("event;log [ft]\nGWD;1\n"),
-            "run.csv:1: the columns seem to be separated by ';', and are read as separated by ',': "
-            "set 'delimiter' in m.yaml");
+  EXPECT_THAT(error("event;log [ft]\nGWD;1\n"), StartsWith("run.csv:1: no column 'o'clock'"));
   EXPECT_THAT(error(kHeader + "girth weld,1,,,\nTap,2,,,\nTap,3,,,\n"),
               AllOf(StartsWith("run.csv: no girth weld: column 'event' never says 'Girth Weld', "
                                "'GWD' (girth_weld in m.yaml)"),
@@ -182,7 +211,7 @@ TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
 }
 
 TEST_F(RunFiles, LedgersAndTalliesNeedNoMapping) {
-  const auto run = read_run(write("id,joint_length_m\nA,12\nB,11\nC,\n"));
+  const auto run = read_run(write("id,joint_length_m\nA,12\nB,11\nC,\n"), {});
   ASSERT_EQ(run.welds.size(), 3U);
   EXPECT_DOUBLE_EQ(run.welds[2].chainage, 23.0);
   EXPECT_EQ(run.ledger->welds[1].id, "B");
@@ -192,14 +221,17 @@ TEST_F(RunFiles, LedgersAndTalliesNeedNoMapping) {
             "needs --columns)");
   EXPECT_EQ(ledger_error("id,joint_length_m\nA,12\nB,-1\nC,\n"),
             "run.csv:3: column 'joint_length_m': -1 is not above 0");
-  EXPECT_EQ(ledger_error("id,joint_length_m\nA\n"), "run.csv:2: 1 cells under a header of 2");
+  EXPECT_EQ(ledger_error("id,joint_length_m\nA\n"), "run.csv:2: 1 cells in a table of 2 columns");
 }
 
 TEST_F(RunFiles, SurveysAreReadAndChecked) {
-  const auto line = read_survey(
-      write("latitude_deg,longitude_deg,height_m,chainage_m,remark\n59,5,0,,a\n59.1,5,0,100,\n"));
+  const auto line =
+      read_survey(write("latitude_deg,longitude_deg,height_m,chainage_m,remark\n59,5,0,,a\n"
+                        "59.1,5,0,100,\n"),
+                  {})
+          .line;
   EXPECT_EQ(line.frame(), odometry::MapFrame::kGeodetic);
-  EXPECT_EQ(read_survey(write("x_m,y_m,z_m\n0,0,0\n3,4,0\n")).length(), 5.0);
+  EXPECT_EQ(read_survey(write("x_m,y_m,z_m\n0,0,0\n3,4,0\n"), {}).line.length(), 5.0);
   const std::string header = "latitude_deg,longitude_deg,height_m,position_sd_m,chainage_m\n";
   const auto rows = [&](const std::string& text) { return survey_error(header + text); };
   EXPECT_EQ(rows("59,5,0,1,\n91,5,0,1,\n"),
@@ -219,13 +251,14 @@ TEST_F(RunFiles, SurveysAreReadAndChecked) {
 
 TEST_F(RunFiles, UnreadableAndHugeFilesAreErrors) {
   const auto path = (folder_.path() / "run.csv").string();
-  EXPECT_EQ(error_of([&] { return read_ledger(path); }), "run.csv: No such file or directory");
+  EXPECT_EQ(error_of([&] { return read_ledger(path, {}); }), "run.csv: No such file or directory");
   (void)write("id\n");
   std::filesystem::resize_file(path, kMaxCsvFileSize + 1);
-  EXPECT_THAT(error_of([&] { return read_ledger(path); }), StartsWith("run.csv: is larger than "));
+  EXPECT_THAT(error_of([&] { return read_ledger(path, {}); }),
+              StartsWith("run.csv: is larger than "));
   std::filesystem::remove(path);
   std::filesystem::create_directory(path);
-  EXPECT_EQ(error_of([&] { return read_ledger(path); }), "run.csv: is not a regular file");
+  EXPECT_EQ(error_of([&] { return read_ledger(path, {}); }), "run.csv: is not a regular file");
 }
 
 }  // namespace

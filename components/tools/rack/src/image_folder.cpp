@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout::rack {
 namespace {
@@ -40,20 +40,24 @@ struct ImageFile {
 
 /// By the table; images that it does not name are left out.
 void take_times(const fs::path& table, std::vector<ImageFile>& files,
-                std::vector<LeftOut>& left_out) {
+                std::vector<LeftOut>& left_out, std::vector<std::string>& said) {
   const std::string text = read_csv_text(table.string());
   CsvReader reader(text, table.string());
   const auto image = reader.find_column("image");
   const auto stamp = reader.find_column("stamp");
   if (!image || !stamp) {
-    throw CsvError(table.string(), 1,
+    throw CsvError(table.string(), reader.header_line(),
                    std::string("column '") + (image ? "stamp" : "image") + "' is missing");
+  }
+  said.insert(said.end(), reader.notes().begin(), reader.notes().end());
+  if (const std::string note = reader.numbers()->time_note(*stamp); !note.empty()) {
+    said.push_back(note);
   }
   std::unordered_map<std::string, Stamp> times;
   while (reader.next()) {
-    const auto time = parse_stamp(reader.cells()[*stamp]);
-    if (!time) {
-      reader.refuse(*stamp, "a time in seconds");
+    const auto time = reader.time(*stamp);
+    if (!time || *time < std::chrono::nanoseconds::zero()) {
+      reader.refuse(*stamp, "a time in seconds or one such as 2026-11-29T07:36:05.25Z");
     }
     times[std::string(reader.cells()[*image])] = Stamp(*time);
   }
@@ -69,6 +73,50 @@ void take_times(const fs::path& table, std::vector<ImageFile>& files,
   files = std::move(timed);
 }
 
+/// Digits of a name behind its last point; empty: there are none.
+std::string decimals_of(const ImageFile& file) {
+  const std::string stem = file.path.stem().string();
+  const std::size_t point = stem.rfind('.');
+  const std::string decimals = point == std::string::npos ? "" : stem.substr(point + 1);
+  return std::ranges::all_of(decimals, is_digit) ? decimals : "";
+}
+
+/// "1700000000.15000000" may be 0.15 s, or 15 ms as nanoseconds without the zeros in front. Of
+/// names with different numbers of digits only such zeros show that they are fractions, whose zeros
+/// at the end are missing.
+void refuse_doubtful_decimals(const std::vector<ImageFile>& files) {
+  bool differ = false;
+  bool zero_in_front = false;
+  bool zero_at_end = false;
+  const std::string first = decimals_of(files.front());
+  for (const ImageFile& file : files) {
+    const std::string decimals = decimals_of(file);
+    differ = differ || decimals.size() != first.size();
+    zero_in_front = zero_in_front || (decimals.size() > 1 && decimals.front() == '0');
+    zero_at_end = zero_at_end || (decimals.size() > 1 && decimals.back() == '0');
+  }
+  if (differ && (!zero_in_front || zero_at_end)) {
+    throw std::runtime_error(
+        "times in names such as '" + files.front().path.filename().string() +
+        "' have different numbers of decimals: they may be fractions of a second, or nanoseconds "
+        "without the zeros in front; give the times with --times or --rate");
+  }
+}
+
+/// "2024-1-5_3-7-2": a date and a time, which names write in many orders.
+bool holds_a_date(const std::string& name) {
+  std::size_t groups = 0;
+  for (std::size_t at = name.find("20"); at < name.size(); ++groups) {
+    const std::size_t end = std::min(name.find_first_not_of("0123456789", at), name.size());
+    if (end == at || (groups == 0 && end - at != 4) || (groups > 0 && end - at > 2)) {
+      break;
+    }
+    at = end + 1;
+  }
+  constexpr std::size_t kToTheMinute = 5;
+  return groups >= kToTheMinute;
+}
+
 bool take_times_from_names(std::vector<ImageFile>& files) {
   std::vector<Stamp> stamps;
   for (const ImageFile& file : files) {
@@ -78,6 +126,7 @@ bool take_times_from_names(std::vector<ImageFile>& files) {
     }
     stamps.push_back(*time);
   }
+  refuse_doubtful_decimals(files);
   for (std::size_t i = 0; i < files.size(); ++i) {
     files[i].stamp = stamps[i];
   }
@@ -154,14 +203,21 @@ class ImageFolder final : public ImageSource {
       said_.push_back("Times: " + format_csv_number(*times.rate) +
                       " images per second, in the order of their names.");
     } else if (table) {
-      take_times(*table, files_, left_out_);
+      take_times(*table, files_, left_out_, said_);
       said_.push_back("Times: from " + table->string() + ".");
     } else if (take_times_from_names(files_)) {
       said_.emplace_back("Times: from the names of the files.");
     } else {
       number(kAssumedRate, files_);
       said_.push_back("The images have no times: " + format_csv_number(kAssumedRate) +
-                      " per second are assumed, in the order of their names (--rate).");
+                      " per second are assumed, in the order of their names (--rate)." +
+                      (std::ranges::any_of(files_,
+                                           [](const ImageFile& file) {
+                                             return holds_a_date(file.path.stem().string());
+                                           })
+                           ? " Dates in names are not read, since their order is ambiguous "
+                             "(--times)."
+                           : ""));
     }
   }
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 
 namespace pipescout::rack {
@@ -20,6 +20,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -96,6 +97,41 @@ TEST_F(AFolder, TakesTimesFromNamesOrTheTable) {
   ASSERT_EQ(source->left_out().size(), 1U);
   EXPECT_EQ(source->left_out()[0].name, "never.png");
   EXPECT_THAT(source->left_out()[0].reason, HasSubstr("no time"));
+}
+
+TEST_F(AFolder, TimesWithoutZeroPaddingAreAskedAbout) {
+  add("1700000000.5000000.png");  // 5 ms or 0.5 s
+  add("1700000000.25000000.png");
+  EXPECT_THAT([&] { (void)open_folder(folder_.path(), {}); },
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(HasSubstr("'1700000000.5000000.png' have different numbers of decimals"),
+                        HasSubstr("--times or --rate"))));
+  EXPECT_EQ(names(*open_folder(folder_.path(), {.rate = 2, .table = {}})).size(), 2U);
+}
+
+TEST_F(AFolder, FractionsWithoutZerosAtTheEndAreTimes) {
+  add("1700000000.05.png");
+  add("1700000000.1.png");
+  EXPECT_THAT(names(*open_folder(folder_.path(), {})),
+              ElementsAre("1700000000.05.png", "1700000000.1.png"));
+  EXPECT_THAT(stamps_, ElementsAre(1'700'000'000'050'000'000, 1'700'000'000'100'000'000));
+}
+
+TEST_F(AFolder, DatesInNamesAreNotReadAndThisIsSaid) {
+  add("cam_2024-1-5_3-7-2.png");
+  EXPECT_THAT(open_folder(folder_.path(), {})->said(),
+              ElementsAre(HasSubstr("1 image"), HasSubstr("Dates in names are not read")));
+}
+
+TEST_F(AFolder, TakesTheTableOfASpreadsheet) {
+  add("a.png");
+  add("b.png");
+  add_text("times.csv", "image;stamp\r\na.png;1700000000250\r\nb.png;1700000000000\r\n");
+  const auto source = open_folder(folder_.path(), {});
+  EXPECT_THAT(names(*source), ElementsAre("b.png", "a.png"));
+  EXPECT_THAT(stamps_, ElementsAre(1'700'000'000'000'000'000, 1'700'000'000'250'000'000));
+  EXPECT_THAT(source->said(), ElementsAre(HasSubstr("2 images"), HasSubstr("in ms, by their size"),
+                                          HasSubstr("times.csv")));
 }
 
 TEST_F(AFolder, NamesWhatIsWrong) {

@@ -44,20 +44,16 @@ std::vector<PaperRow> load_table() {
     throw std::runtime_error("the data of package pipescout_odometry is not installed");
   }
   const auto path = *folder + "/wang2008_table1.csv";
-  const auto table = parse_csv(read_csv_text(path), path);
-  const auto cell = [&](const CsvTable::Row& row, const char* column) {
+  const CsvTable table(read_csv_text(path), path);
+  const auto cell = [&](std::size_t row, const char* column) {
     const auto index = table.find_column(column);
     if (!index) {
-      throw CsvError(path, 1, std::string("no column '") + column + "'");
+      throw CsvError(path, table.header_line(), std::string("no column '") + column + "'");
     }
-    const auto value = parse_csv_number(row.cells[*index]);
-    if (!value) {
-      throw CsvError(path, row.line, "'" + row.cells[*index] + "' is not a number");
-    }
-    return *value;
+    return table.required(row, *index);
   };
   std::vector<PaperRow> rows;
-  for (const auto& row : table.rows) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
     auto& entry = rows.emplace_back();
     entry.number = std::lround(cell(row, "reading"));
     for (std::size_t i = 0; i < kSigmas.size(); ++i) {

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipescout/csv/csv_rows.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/thermal_parameters/detection_parameters.hpp"
 
 namespace pipescout::track {

@@ -6,8 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "pipescout/csv/csv_rows.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 
 namespace pipescout {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 
 namespace pipescout {
 

@@ -87,8 +87,8 @@ class Survey {
     if (options_.poses) {
       const std::string file = options_.poses->string();
       poses_ = parse_survey_poses(read_csv_text(file), file, settings_);
-      if (!poses_.problem.empty()) {
-        complain(poses_.problem);
+      for (const std::string& note : poses_.notes) {
+        complain(note);
       }
     }
   }

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout {
 namespace {
@@ -20,13 +20,14 @@ constexpr std::array kDeviations{"x_deviation",          "y_deviation",
 std::size_t needed(const CsvReader& reader, const char* name) {
   const auto column = reader.find_column(name);
   if (!column) {
-    throw CsvError(reader.path(), 1, std::string("there is no column '") + name + "'");
+    throw CsvError(reader.path(), reader.header_line(),
+                   std::string("there is no column '") + name + "'");
   }
   return *column;
 }
 
 double number(const CsvReader& reader, std::size_t column) {
-  const auto value = parse_csv_number(reader.cells()[column]);
+  const auto value = reader.number(column);
   if (!value || !std::isfinite(*value)) {
     reader.refuse(column, "a number");
   }
@@ -68,46 +69,36 @@ geometry::Matrix6d covariance_of(const CsvReader& reader, const SurveySettings& 
   return covariance;
 }
 
-std::ptrdiff_t commas(std::string_view line) {
-  return std::count(line.begin(), line.end(), ',');
-}
-
-/// Without a last line that has no end and lacks cells, of which `problem` then tells.
-std::string_view whole_lines(std::string_view text, const std::string& path, std::string& problem) {
-  const std::size_t last_end = text.rfind('\n');
-  if (last_end == std::string_view::npos ||
-      commas(text.substr(last_end)) >= commas(text.substr(0, text.find('\n')))) {
-    return text;
-  }
-  const std::string_view whole = text.substr(0, last_end + 1);
-  if (whole.size() < text.size()) {
-    problem = path + ":" + std::to_string(1 + std::count(whole.begin(), whole.end(), '\n')) +
-              ": the last line is truncated: ignored";
-  }
-  return whole;
-}
-
 }  // namespace
 
 SurveyPoses parse_survey_poses(const std::string& text, const std::string& path,
                                const SurveySettings& settings) {
   SurveyPoses poses;
-  CsvReader reader(whole_lines(text, path, poses.problem), path);
+  CsvReader reader(text, path, {.cut_end = true});
+  poses.notes = reader.notes();
   const std::size_t file = needed(reader, "file");
   std::array<std::size_t, kPose.size()> pose{};
   for (std::size_t i = 0; i < kPose.size(); ++i) {
     pose[i] = needed(reader, kPose[i]);
   }
   const auto time = reader.find_column("time");
+  if (time) {
+    if (const std::string note = reader.numbers()->time_note(*time); !note.empty()) {
+      poses.notes.push_back(note);
+    }
+  }
   while (reader.next()) {
     PicturePose entry;
     if (time) {
-      entry.time = number(reader, *time);
+      entry.time = reader.numbers()->seconds(*time, reader.line(), reader.cells()[*time]);
+      if (!entry.time || !std::isfinite(*entry.time)) {
+        reader.refuse(*time, "a time in seconds or one such as 2026-11-29T07:36:05.25Z");
+      }
     }
     if (const auto T_map_base = pose_of(reader, pose)) {
       entry.pose = {.T_map_base = *T_map_base, .covariance = covariance_of(reader, settings)};
     }
-    if (!poses.by_file.emplace(reader.cells()[file], entry).second) {
+    if (!poses.by_file.emplace(std::string(reader.cells()[file]), entry).second) {
       reader.refuse(file, "named once");
     }
   }

@@ -8,14 +8,16 @@
 #include <array>
 #include <cmath>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
 #include "threshold_reader.hpp"
 
 namespace pipescout {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
@@ -174,7 +176,7 @@ TEST(SurveyPoses, AreByFile) {
   const SurveyPoses poses =
       parse_survey_poses(kHeader + "a.png,5,1,2,3,0,0,0,1,0.5\nb.png,6,,,,,,,,\n", "p.csv", {});
   ASSERT_EQ(poses.by_file.size(), 2U);
-  EXPECT_EQ(poses.problem, "");
+  EXPECT_THAT(poses.notes, IsEmpty());
   const PicturePose& entry = poses.by_file.at("a.png");
   EXPECT_DOUBLE_EQ(entry.time.value_or(0), 5);
   ASSERT_TRUE(entry.pose.has_value());
@@ -198,7 +200,7 @@ TEST(SurveyPoses, ALineThatIsCutShortTakesNothingElseWithIt) {
     EXPECT_TRUE(poses.by_file.contains("1.tiff"));
     EXPECT_FALSE(poses.by_file.contains("2.tiff")) << length;
     if (length < name) {
-      EXPECT_THAT(poses.problem, StartsWith("p.csv:3: the last line is truncated"));
+      EXPECT_THAT(poses.notes, ElementsAre("p.csv:3: the last line is truncated: ignored"));
     }
   }
 }

@@ -9,6 +9,9 @@
 #include <system_error>
 #include <utility>
 
+#include "pipescout/csv/csv_words.hpp"
+#include "pipescout/csv/utf8.hpp"
+
 namespace pipescout {
 
 namespace {
@@ -24,22 +27,19 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+struct LengthColumn {
+  std::size_t index = 0;
+  double metres = 1.0;  // in its unit
+};
+
 /// Where a row's values stand in the table.
 struct Layout {
   std::optional<std::size_t> stamp;
   std::optional<std::size_t> reading;
-  std::vector<std::size_t> distance;
-  std::vector<std::size_t> standard_deviation;    // empty or as long as `distance`
+  std::vector<LengthColumn> distance;
+  std::vector<LengthColumn> standard_deviation;   // empty or as long as `distance`
   std::vector<std::optional<std::size_t>> valid;  // as long as `distance`
 };
-
-std::string quoted_list(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += (text.empty() ? "'" : ", '") + name + "'";
-  }
-  return text;
-}
 
 /// The odometer that a column says more about, if it does.
 std::optional<std::string_view> odometer_of_suffix(std::string_view column) {
@@ -51,12 +51,30 @@ std::optional<std::string_view> odometer_of_suffix(std::string_view column) {
   return std::nullopt;
 }
 
+/// Each column is an odometer or more about one: none may be left out for its name. Empty columns
+/// without one, which spreadsheets leave behind, are not meant.
+void check_names(const CsvReader& table) {
+  std::set<std::string_view> names;
+  for (std::size_t column = 0; column < table.columns().size(); ++column) {
+    const std::string& name = table.columns()[column];
+    if (name.empty()) {
+      if (!table.numbers()->is_empty(column)) {
+        throw CsvError(table.path(), table.header_line(),
+                       "column " + std::to_string(column + 1) + " has no name");
+      }
+    } else if (!names.insert(name).second) {
+      throw CsvError(table.path(), table.header_line(), "two columns are named '" + name + "'");
+    }
+  }
+}
+
 std::vector<std::string> odometer_columns(const CsvReader& table,
                                           const ReadingsCsvSelection& selection) {
+  check_names(table);
   if (!selection.odometers.empty()) {
     for (const std::string& name : selection.odometers) {
       if (!table.find_column(name)) {
-        throw CsvError(table.path(), 1,
+        throw CsvError(table.path(), table.header_line(),
                        "no column '" + name + "'; there are " + quoted_list(table.columns()));
       }
     }
@@ -69,7 +87,7 @@ std::vector<std::string> odometer_columns(const CsvReader& table,
   }
   std::vector<std::string> odometers;
   for (const std::string& column : table.columns()) {
-    if (column != kStamp && column != kReading && !odometer_of_suffix(column) &&
+    if (!column.empty() && column != kStamp && column != kReading && !odometer_of_suffix(column) &&
         !contains(selection.ignored_columns, column)) {
       odometers.push_back(column);
     }
@@ -78,29 +96,57 @@ std::vector<std::string> odometer_columns(const CsvReader& table,
     const auto odometer = odometer_of_suffix(column);
     if (odometer && !contains(odometers, *odometer) &&
         !contains(selection.ignored_columns, column)) {
-      throw CsvError(table.path(), 1, "column '" + column + "' belongs to no odometer column");
+      throw CsvError(table.path(), table.header_line(),
+                     "column '" + column + "' belongs to no odometer column");
     }
   }
   if (odometers.empty()) {
-    throw CsvError(table.path(), 1,
+    throw CsvError(table.path(), table.header_line(),
                    "no odometer column; there are " + quoted_list(table.columns()));
   }
   return odometers;
 }
 
-Layout layout_of(const CsvReader& table, const std::vector<std::string>& odometers) {
+/// "left" of "left [mm]": distances become those in m.
+std::string without_unit(const std::string& name) {
+  const std::string unit = bracketed(name);
+  return metres_per_list_unit(unit) && (name.ends_with(']') || name.ends_with(')'))
+             ? folded(name.substr(0, name.size() - unit.size() - 2))
+             : name;
+}
+
+/// In the unit that the file says; `otherwise` where it says none.
+LengthColumn length_column(const CsvReader& table, std::size_t index, double otherwise,
+                           std::vector<std::string>& notes) {
+  const std::string unit = table.numbers()->unit(index);
+  const auto metres = metres_per_list_unit(unit);
+  if (!metres && is_unit_word(unit) && unit != "-") {
+    throw CsvError(table.path(), table.header_line(),
+                   "column '" + table.columns()[index] + "' is in '" + unit +
+                       "', which is no length: " + list_unit_names());
+  }
+  if (metres && *metres != 1.0) {
+    notes.push_back(table.path() + ": column '" + table.columns()[index] + "' is in " + unit +
+                    ", converted to m");
+  }
+  return {.index = index, .metres = metres.value_or(otherwise)};
+}
+
+Layout layout_of(const CsvReader& table, const std::vector<std::string>& odometers,
+                 std::vector<std::string>& notes) {
   Layout layout;
   layout.stamp = table.find_column(kStamp);
   layout.reading = table.find_column(kReading);
   for (const std::string& name : odometers) {
-    layout.distance.push_back(*table.find_column(name));
+    layout.distance.push_back(length_column(table, *table.find_column(name), 1.0, notes));
     layout.valid.push_back(table.find_column(name + std::string(kValid)));
     if (const auto column = table.find_column(name + std::string(kStandardDeviation))) {
-      layout.standard_deviation.push_back(*column);
+      layout.standard_deviation.push_back(
+          length_column(table, *column, layout.distance.back().metres, notes));
     }
   }
   if (!layout.standard_deviation.empty() && layout.standard_deviation.size() != odometers.size()) {
-    throw CsvError(table.path(), 1,
+    throw CsvError(table.path(), table.header_line(),
                    "columns '*" + std::string(kStandardDeviation) +
                        "' are there for some odometers but not for all");
   }
@@ -113,7 +159,7 @@ class RowReader {
   RowReader(CsvReader& file, Layout layout) : file_(file), layout_(std::move(layout)) {}
 
   void read_into(ReadingsRecording& recording) {
-    const std::size_t rows = file_.maximum_rows_left();
+    const std::size_t rows = file_.rows();
     recording.stamps.reserve(layout_.stamp ? rows : 0);
     recording.distances.reserve(rows * layout_.distance.size());
     recording.standard_deviations.reserve(rows * layout_.standard_deviation.size());
@@ -126,22 +172,22 @@ class RowReader {
         check_reading(*layout_.reading);
       }
       for (std::size_t i = 0; i < layout_.distance.size(); ++i) {
-        recording.distances.push_back(number(layout_.distance[i]));
+        recording.distances.push_back(length(layout_.distance[i]));
         recording.valid.push_back(layout_.valid[i] ? flag(*layout_.valid[i]) : true);
       }
-      for (const std::size_t column : layout_.standard_deviation) {
-        recording.standard_deviations.push_back(number(column));
+      for (const LengthColumn& column : layout_.standard_deviation) {
+        recording.standard_deviations.push_back(length(column));
       }
     }
   }
 
  private:
-  double number(std::size_t column) const {
-    const auto value = parse_csv_number(file_.cells()[column]);
+  double length(const LengthColumn& column) const {
+    const auto value = file_.number(column.index);
     if (!value) {
-      file_.refuse(column, "a number");
+      file_.refuse(column.index, "a number");
     }
-    return *value;
+    return *value * column.metres;
   }
 
   bool flag(std::size_t column) const {
@@ -153,9 +199,10 @@ class RowReader {
   }
 
   nanoseconds next_stamp(std::size_t column) {
-    const auto stamp = parse_stamp(file_.cells()[column]);
-    if (!stamp) {
-      file_.refuse(column, "a time in seconds from 0 to 2^31");
+    const auto stamp = file_.time(column);
+    if (!stamp || *stamp < nanoseconds::zero()) {
+      file_.refuse(column,
+                   "a time in seconds from 0 to 2^31 or one such as 2026-11-29T07:36:05.25Z");
     }
     if (last_stamp_ && *stamp <= *last_stamp_) {
       file_.refuse(column, "later than the previous stamp, " + format_stamp(*last_stamp_));
@@ -203,12 +250,28 @@ ReadingsRow ReadingsRecording::row(std::size_t index) const {
   return result;
 }
 
-ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
+ReadingsRecording parse_readings_csv(std::string_view bytes, std::string_view path,
                                      const ReadingsCsvSelection& selection) {
-  CsvReader file(text, path);
+  CsvReader file(bytes, path, selection.format);
   ReadingsRecording recording;
+  recording.notes = file.notes();
   recording.odometers = odometer_columns(file, selection);
-  RowReader(file, layout_of(file, recording.odometers)).read_into(recording);
+  const Layout layout = layout_of(file, recording.odometers, recording.notes);
+  if (layout.stamp) {
+    if (const std::string note = file.numbers()->time_note(*layout.stamp); !note.empty()) {
+      recording.notes.push_back(note);
+    }
+  }
+  RowReader(file, layout).read_into(recording);
+  for (std::string& odometer : recording.odometers) {
+    odometer = without_unit(odometer);
+  }
+  if (std::set<std::string>(recording.odometers.begin(), recording.odometers.end()).size() !=
+      recording.odometers.size()) {
+    throw CsvError(
+        file.path(), file.header_line(),
+        "two columns have one name without its unit: " + quoted_list(recording.odometers));
+  }
   return recording;
 }
 
@@ -216,6 +279,10 @@ std::vector<std::string> odometer_column_names(const std::vector<std::string>& n
   std::vector<std::string> columns;
   for (const std::string& name : names) {
     std::string column = name;
+    for (std::size_t bad = first_byte_not_utf8(column); bad != std::string::npos;
+         bad = first_byte_not_utf8(column)) {
+      column[bad] = '_';
+    }
     for (char& character : column) {
       const auto code = static_cast<unsigned char>(character);
       if (code < 0x20 || code == 0x7F || character == ',' || character == '"') {
@@ -227,12 +294,17 @@ std::vector<std::string> odometer_column_names(const std::vector<std::string>& n
         *end = *end == ' ' ? '_' : *end;
       }
     }
+    column = folded(column);
+    if (is_unit_word(bracketed(column))) {
+      // Distances are written in m, whatever the name says.
+      std::ranges::replace_if(
+          column, [](char c) { return std::string_view("[]()").find(c) != std::string::npos; },
+          '_');
+    }
     if (odometer_of_suffix(column)) {
       column[column.rfind('.')] = '_';
     }
-    // A byte order mark would be taken for the file's.
-    if (column.empty() || column == kStamp || column == kReading || column.front() == '\xEF' ||
-        contains(columns, column)) {
+    if (column.empty() || column == kStamp || column == kReading || contains(columns, column)) {
       const std::string fallback = "odometer_" + std::to_string(columns.size() + 1);
       column = fallback;
       while (contains(columns, column)) {

@@ -42,17 +42,14 @@ std::vector<odometry::TallyBend> bends_of(const odometry::WeldLedger& ledger) {
 }  // namespace
 
 Tally read_tally(const std::string& path) {
-  odometry::WeldLedger ledger;
-  try {
-    ledger = ledger_from_csv(read_csv_text(path));
-  } catch (const LedgerTextError& error) {
-    throw std::runtime_error(path + ": " + error.what());
-  }
+  const CsvTable csv(read_csv_text(path), path);
+  const odometry::WeldLedger ledger = ledger_from_csv(csv);
   if (ledger.welds.size() < 2) {
     throw std::runtime_error(path + ": a tally needs two welds, there are " +
                              std::to_string(ledger.welds.size()));
   }
   Tally tally;
+  tally.notes = csv.notes();
   tally.chainages.push_back(ledger.welds.front().chainage);
   tally.variances.push_back(0.0);
   for (const odometry::LedgerWeld& weld : ledger.welds) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/geometry/antimeridian.hpp"
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 

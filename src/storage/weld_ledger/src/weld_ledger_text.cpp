@@ -2,14 +2,14 @@
 #include "pipescout/weld_ledger/weld_ledger_text.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <utility>
 
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout {
@@ -47,28 +47,15 @@ std::string run_column(const LedgerRun& run, std::string_view what) {
   return std::string(kRun) + run.name + '|' + run.date + std::string(what);
 }
 
-/// The table of a ledger's text, by names of columns.
+/// Some rows of a ledger's table, by names of columns.
 class Table {
  public:
-  explicit Table(std::string_view text) : rows_(read_csv_rows(text)) {
-    if (!rows_.closed) {
-      throw LedgerTextError(rows_.rows.empty() ? 1 : rows_.rows.back().line, "",
-                            "a quotation mark is not closed");
-    }
-    if (rows_.rows.empty()) {
-      throw LedgerTextError(1, "", "the header is missing");
-    }
-    const CsvRow& header = rows_.rows.front();
-    for (std::size_t column = 0; column < header.cells.size(); ++column) {
-      if (!columns_.emplace(header.cells[column], column).second) {
-        throw LedgerTextError(header.line, header.cells[column], "duplicate column");
-      }
-    }
-    for (const CsvRow& row : rows_.rows) {
-      if (row.cells.size() != header.cells.size()) {
-        throw LedgerTextError(row.line, "",
-                              std::to_string(row.cells.size()) + " cells under a header of " +
-                                  std::to_string(header.cells.size()));
+  /// All rows.
+  explicit Table(const CsvTable& table) : table_(&table), rows_(table.rows()) {
+    std::iota(rows_.begin(), rows_.end(), std::size_t{0});
+    for (std::size_t column = 0; column < table.columns().size(); ++column) {
+      if (!columns_.emplace(table.columns()[column], column).second) {
+        fail_header(table.columns()[column], "duplicate column");
       }
     }
   }
@@ -76,41 +63,21 @@ class Table {
   /// The rows whose kind is that of a weld, or the others.
   [[nodiscard]] Table of_welds(bool welds) const {
     Table part(*this);
-    std::erase_if(part.rows_.rows, [&, first = rows_.rows.front().line](const CsvRow& row) {
-      return row.line != first && (is_weld(row) != welds);
-    });
+    std::erase_if(part.rows_, [&](std::size_t row) { return is_weld(row) != welds; });
     return part;
   }
 
-  [[nodiscard]] std::size_t size() const { return rows_.rows.size() - 1; }
-  [[nodiscard]] std::size_t line(std::size_t row) const { return rows_.rows[row + 1].line; }
-  [[nodiscard]] const std::vector<std::string>& header() const { return rows_.rows[0].cells; }
+  [[nodiscard]] std::size_t size() const { return rows_.size(); }
+  [[nodiscard]] const std::vector<std::string>& header() const { return table_->columns(); }
   [[nodiscard]] bool has(const std::string& column) const { return columns_.contains(column); }
 
   [[nodiscard]] const std::string& cell(std::size_t row, const std::string& column) const {
-    return rows_.rows[row + 1].cells[columns_.at(column)];
-  }
-
-  /// NaN when the cell is empty.
-  [[nodiscard]] double number(std::size_t row, const std::string& column) const {
-    const std::string& text = cell(row, column);
-    if (text.empty()) {
-      return kNaN;
-    }
-    double value = kNaN;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-      fail(row, column, "'" + text + "' is not a finite number");
-    }
-    return value;
+    return table_->cell(rows_[row], columns_.at(column));
   }
 
   /// A finite number; above 0 when `positive`.
   [[nodiscard]] double required(std::size_t row, const std::string& column, bool positive) const {
-    const double value = number(row, column);
-    if (std::isnan(value)) {
-      fail(row, column, "is missing");
-    }
+    const double value = table_->required(rows_[row], columns_.at(column));
     if (positive && value <= 0.0) {
       fail(row, column, cell(row, column) + " is not above 0");
     }
@@ -119,17 +86,22 @@ class Table {
 
   [[noreturn]] void fail(std::size_t row, const std::string& column,
                          const std::string& what) const {
-    throw LedgerTextError(line(row), column, what);
+    table_->refuse(rows_[row], columns_.at(column), what);
+  }
+  /// `column` may be one that there is not.
+  [[noreturn]] void fail_header(const std::string& column, const std::string& what) const {
+    throw CsvError(table_->path(), table_->header_line(), "column '" + column + "': " + what);
   }
 
  private:
-  [[nodiscard]] bool is_weld(const CsvRow& row) const {
+  [[nodiscard]] bool is_weld(std::size_t row) const {
     const auto kind = columns_.find("kind");
-    return kind == columns_.end() || row.cells[kind->second].empty() ||
-           row.cells[kind->second] == kWeld;
+    return kind == columns_.end() || table_->cell(row, kind->second).empty() ||
+           table_->cell(row, kind->second) == kWeld;
   }
 
-  CsvRows rows_;
+  const CsvTable* table_;
+  std::vector<std::size_t> rows_;  // of it
   std::map<std::string, std::size_t, std::less<>> columns_;
 };
 
@@ -151,8 +123,8 @@ std::vector<LedgerRun> read_header(const Table& table) {
                                                            "x_m",
                                                            "y_m",
                                                            "z_m"};
-  const auto fail = [](const std::string& column, const std::string& what) {
-    throw LedgerTextError(1, column, what);
+  const auto fail = [&](const std::string& column, const std::string& what) {
+    table.fail_header(column, what);
   };
   std::vector<LedgerRun> runs;
   for (const std::string& column : table.header()) {
@@ -252,7 +224,7 @@ MapFrame read_frame(const Table& table) {
   const bool geodetic = table.has("latitude_deg");
   const bool local = table.has("x_m");
   if (geodetic && local) {
-    throw LedgerTextError(1, "x_m", "latitude_deg is given too: a ledger has one map");
+    table.fail_header("x_m", "latitude_deg is given too: a ledger has one map");
   }
   const MapFrame frame = geodetic ? MapFrame::kGeodetic
                          : local  ? MapFrame::kLocal
@@ -260,15 +232,14 @@ MapFrame read_frame(const Table& table) {
   for (const MapFrame possible : {MapFrame::kGeodetic, MapFrame::kLocal}) {
     for (const char* column : map_columns(possible)) {
       if (table.has(column) != (possible == frame)) {
-        throw LedgerTextError(
-            1, column, possible == frame ? "the column is missing" : "is an incomplete position");
+        table.fail_header(
+            column, possible == frame ? "the column is missing" : "is an incomplete position");
       }
     }
   }
   if (table.has("position_sd_m") != (frame != MapFrame::kNone)) {
-    throw LedgerTextError(
-        1, "position_sd_m",
-        frame != MapFrame::kNone ? "the column is missing" : "is an incomplete position");
+    table.fail_header("position_sd_m", frame != MapFrame::kNone ? "the column is missing"
+                                                                : "is an incomplete position");
   }
   return frame;
 }
@@ -364,7 +335,7 @@ double read_angle(const Table& table, std::size_t row, odometry::LandmarkKind ki
 
 void read_landmarks(const Table& table, WeldLedger& ledger, double fallback) {
   if (table.size() > 0 && !table.has("chainage_m")) {
-    throw LedgerTextError(1, "chainage_m", "the column is missing, and landmarks need it");
+    table.fail_header("chainage_m", "the column is missing, and landmarks need it");
   }
   ledger.landmarks.resize(table.size());
   for (std::size_t k = 0; k < table.size(); ++k) {
@@ -426,13 +397,6 @@ std::string landmark_row(const WeldLedger& ledger, const LedgerLandmark& landmar
 
 }  // namespace
 
-LedgerTextError::LedgerTextError(std::size_t line, std::string field, const std::string& what)
-    : std::invalid_argument("line " + std::to_string(line) + (field.empty() ? "" : ", " + field) +
-                            ": " + what),
-      line_(line),
-      field_(std::move(field)),
-      problem_(what) {}
-
 std::string to_csv(const WeldLedger& ledger) {
   // Programs that know no landmarks read the ledgers that have none.
   const bool has_landmarks = !ledger.landmarks.empty();
@@ -476,13 +440,13 @@ std::string to_csv(const WeldLedger& ledger) {
   return text;
 }
 
-WeldLedger ledger_from_csv(std::string_view text, double default_standard_deviation) {
+WeldLedger ledger_from_csv(const CsvTable& csv, double default_standard_deviation) {
   if (!(std::isfinite(default_standard_deviation) && default_standard_deviation > 0.0)) {
     throw std::invalid_argument(
         "default_standard_deviation: " + format_csv_number(default_standard_deviation) +
         " is outside (0, infinity)");
   }
-  const Table all(text);
+  const Table all(csv);
   const Table table = all.of_welds(true);
   WeldLedger ledger;
   ledger.runs = read_header(table);

@@ -87,12 +87,6 @@ void drive(const CarRecording& car, double begin, double duration, Told&& told) 
   }
 }
 
-void require_rows(const std::vector<std::vector<double>>& rows, const char* name) {
-  if (rows.empty()) {
-    throw std::runtime_error(std::string(name) + ": no rows");
-  }
-}
-
 }  // namespace
 
 CarRecording read_car(const CarFiles& files) {
@@ -101,10 +95,6 @@ CarRecording read_car(const CarFiles& files) {
   const auto wheels = number_table(files.wheel_speed, "wheel_speed.csv", true, 5);
   const auto fixes = number_table(files.gnss, "gnss_ublox_live.csv", true, 7);
   const auto reference = number_table(files.reference, "reference_pose_20hz.csv", true, 13);
-  require_rows(forces, "accelerometer.csv");
-  require_rows(rates, "gyro.csv");
-  require_rows(fixes, "gnss_ublox_live.csv");
-  require_rows(reference, "reference_pose_20hz.csv");
 
   CarRecording car;
   const auto geocentric = [](const std::vector<double>& r, std::size_t i) {

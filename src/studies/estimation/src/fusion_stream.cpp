@@ -34,11 +34,7 @@ constexpr std::array kColumns{Columns{"gt", 17}, Columns{"imu", 8}, Columns{"gps
                               Columns{"vis", 10}, Columns{"odom", 11}};
 
 std::vector<double> numbers(std::string_view cells, std::size_t line, std::size_t count) {
-  const auto rows = number_table(cells, "stream.csv, line " + std::to_string(line), false, count);
-  if (rows.empty()) {
-    throw std::runtime_error("stream.csv, line " + std::to_string(line) + ": no numbers");
-  }
-  return rows.front();
+  return number_table(cells, "stream.csv, line " + std::to_string(line), false, count).front();
 }
 
 Vector3d vector_at(const std::vector<double>& n, std::size_t i) {
@@ -74,7 +70,8 @@ FusionStream parse_fusion_stream(std::string_view text) {
       throw std::runtime_error("stream.csv:" + std::to_string(line) + ": rows of '" +
                                std::string(kind) + "' are not known");
     }
-    const auto n = numbers(row.substr(kind.size()), line, columns->numbers);
+    const auto n =
+        numbers(row.substr(std::min(kind.size() + 1, row.size())), line, columns->numbers);
     if (kind == "gt") {
       stream.truth.push_back({n[0],
                               {.R_map_body = rotation_at(n, 4),

@@ -40,21 +40,12 @@ double distance(const GpsMeasurement& fix, const estimation::Estimate& estimate)
   return (estimate.state.position - fix.position).head<2>().norm();
 }
 
-void require_rows(const std::vector<std::vector<double>>& rows, const char* name) {
-  if (rows.empty()) {
-    throw std::runtime_error(std::string(name) + ": no rows");
-  }
-}
-
 }  // namespace
 
 HuskyRecording read_husky(const HuskyFiles& files) {
   const auto imu = number_table(files.imu, "husky_imu.csv", true, 11);
   const auto odom = number_table(files.odom, "husky_odom.csv", true, 8);
   const auto fixes = number_table(files.fix, "husky_fix.csv", true, 8);
-  require_rows(imu, "husky_imu.csv");
-  require_rows(odom, "husky_odom.csv");
-  require_rows(fixes, "husky_fix.csv");
   HuskyRecording husky;
   for (const auto& row : imu) {
     husky.events.push_back(

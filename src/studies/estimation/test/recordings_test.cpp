@@ -112,21 +112,23 @@ std::string fault_of(const CarFiles& files) {
 }
 
 TEST(Recording, MalformedFilesAreNamed) {
-  CarFiles files{.accelerometer = "t,x,y,z\n0,0,0,-9.8\n",
-                 .gyro = "t,x,y,z\n0,0,0,0\n",
-                 .wheel_speed = "t,a,b,c,d\n0,1,1,1,1\n",
-                 .gnss = "t,lat,lon,v,utc,alt,bearing\n0,37,-122,1,0,30,0\n",
-                 .reference = "t,...\n0,0,0,-2.7e6,-4.26e6,3.88e6,1,1,1,1,0,0,0\n"};
+  CarFiles files{
+      .accelerometer = "t,x,y,z\n0,0,0,-9.8\n",
+      .gyro = "t,x,y,z\n0,0,0,0\n",
+      .wheel_speed = "t,a,b,c,d\n0,1,1,1,1\n",
+      .gnss = "t,lat,lon,v,utc,alt,bearing\n0,37,-122,1,0,30,0\n",
+      .reference =
+          "t,week,tow,x,y,z,vx,vy,vz,qw,qx,qy,qz\n0,0,0,-2.7e6,-4.26e6,3.88e6,1,1,1,1,0,0,0\n"};
   EXPECT_EQ(fault_of(files), "");
   CarFiles broken = files;
   broken.gyro = "t,x,y,z\n0,0,0,0\n1,0,north,0\n";
-  EXPECT_THAT(fault_of(broken), HasSubstr("gyro.csv:3: 'north' is not a number"));
+  EXPECT_THAT(fault_of(broken), HasSubstr("gyro.csv:3: column 'y': 'north' is not a number"));
   broken = files;
   broken.wheel_speed = "t,a,b,c,d\n0,1,1,1\n";
-  EXPECT_THAT(fault_of(broken), HasSubstr("wheel_speed.csv:2: 4 numbers"));
+  EXPECT_THAT(fault_of(broken), HasSubstr("wheel_speed.csv:2: 4 cells in a table of 5 columns"));
   broken = files;
   broken.reference = "";
-  EXPECT_THAT(fault_of(broken), HasSubstr("reference_pose_20hz.csv: no rows"));
+  EXPECT_THAT(fault_of(broken), HasSubstr("reference_pose_20hz.csv: is empty"));
   EXPECT_THROW((void)score_lawnmower("1 2\n", "t,x,y,h\n", ReferenceHeading::kForwards),
                std::runtime_error);
 }

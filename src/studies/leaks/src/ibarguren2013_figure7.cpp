@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout::leak_study {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kHighest = 300.0;  // degC, of the camera
 
 /// The cell of the current row as a number.
 double number(const CsvReader& file, std::size_t column) {
-  const std::optional<double> value = parse_csv_number(file.cells()[column]);
+  const std::optional<double> value = file.number(column);
   if (!value || !std::isfinite(*value)) {
     file.refuse(column, "a finite number");
   }
@@ -55,7 +55,8 @@ std::vector<Figure7Part> read_figure7(std::string_view csv, std::string_view pat
   CsvReader file(csv, path);
   const std::vector<std::string> columns{"sequence", "stretch", "part", "mean_temperature"};
   if (file.columns() != columns) {
-    throw CsvError(file.path(), 1, "the columns are not sequence, stretch, part, mean_temperature");
+    throw CsvError(file.path(), file.header_line(),
+                   "the columns are not sequence, stretch, part, mean_temperature");
   }
   std::vector<Figure7Part> parts;
   while (file.next()) {

@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 
 namespace pipescout::leak_study {
 namespace {

@@ -3,24 +3,18 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <tuple>
 
-#include "pipescout/csv/csv_rows.hpp"
+#include "pipescout/csv/csv_table.hpp"
 
 namespace pipescout::odometry_study {
 namespace {
 
 constexpr double kFoot = 0.3048;          // m
 constexpr double kDetectionSigma = 0.03;  // m
-
-[[noreturn]] void refuse(std::string_view name, std::size_t line, const std::string& what) {
-  throw std::runtime_error(std::string(name) + ":" + std::to_string(line) + ": " + what);
-}
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -53,17 +47,13 @@ std::map<Place, std::vector<double>> fixed_features(const InspectionList& list) 
 
 InspectionList read_inspection_list(std::string_view text, const ListColumns& columns,
                                     std::string_view name) {
-  const auto table = read_csv_rows(text);
-  if (table.rows.empty()) {
-    refuse(name, 1, "is empty");
-  }
-  const auto& header = table.rows.front().cells;
+  const CsvTable table(text, name);
   const auto index = [&](std::string_view column) {
-    const auto found = std::find(header.begin(), header.end(), column);
-    if (found == header.end()) {
-      refuse(name, table.rows.front().line, "no column '" + std::string(column) + "'");
+    const auto found = table.find_column(column);
+    if (!found) {
+      throw CsvError(table.path(), table.header_line(), "no column '" + std::string(column) + "'");
     }
-    return static_cast<std::size_t>(found - header.begin());
+    return *found;
   };
   const std::size_t key_column = index(columns.key);
   const std::size_t chainage_column = index(columns.chainage);
@@ -72,35 +62,21 @@ InspectionList read_inspection_list(std::string_view text, const ListColumns& co
   const std::size_t comment_column = index(columns.comment);
   InspectionList list;
   std::string key;
-  for (std::size_t i = 1; i < table.rows.size(); ++i) {
-    const auto& row = table.rows[i];
-    if (row.cells.size() != header.size()) {
-      refuse(
-          name, row.line,
-          std::to_string(row.cells.size()) + " cells instead of " + std::to_string(header.size()));
-    }
-    const std::string& distance = row.cells[chainage_column];
-    double feet = 0.0;
-    const char* end = distance.data() + distance.size();
-    const auto parsed = std::from_chars(distance.data(), end, feet);
-    if (parsed.ec != std::errc{} || parsed.ptr != end || !std::isfinite(feet)) {
-      refuse(name, row.line,
-             "column '" + std::string(columns.chainage) + "': '" + distance + "' is not a number");
-    }
-    ListedFeature feature{.chainage = feet * kFoot,
-                          .kind = lower_case(row.cells[kind_column]),
-                          .clock = row.cells[clock_column],
-                          .comment = row.cells[comment_column],
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    ListedFeature feature{.chainage = table.required(row, chainage_column) * kFoot,
+                          .kind = lower_case(table.cell(row, kind_column)),
+                          .clock = table.cell(row, clock_column),
+                          .comment = table.cell(row, comment_column),
                           .key = key};
     if (feature.kind == "girth weld" || feature.kind == "girthweld") {
-      key = row.cells[key_column];
+      key = table.cell(row, key_column);
       list.welds.push_back({.chainage = feature.chainage, .key = key});
     } else {
       list.features.push_back(std::move(feature));
     }
   }
   if (list.welds.empty()) {
-    refuse(name, 1, "no girth welds");
+    throw CsvError(table.path(), 0, "no girth welds");
   }
   return list;
 }

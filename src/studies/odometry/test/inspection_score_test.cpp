@@ -44,12 +44,12 @@ TEST(InspectionList, RefusesWhatItCannotRead) {
   const auto reading = [](const char* text) {
     return [text] { static_cast<void>(read_inspection_list(text, kColumns, "run.csv")); };
   };
-  EXPECT_THAT(reading("key,kind,clock,comment\n"),
+  EXPECT_THAT(reading("key,kind,clock,comment\n1,a,b,c\n"),
               ThrowsMessage<std::runtime_error>(HasSubstr("run.csv:1: no column 'feet'")));
   EXPECT_THAT(reading("key,feet,kind,clock,comment\n1,far,bend,,\n"),
               ThrowsMessage<std::runtime_error>(HasSubstr("run.csv:2: column 'feet': 'far'")));
   EXPECT_THAT(reading("key,feet,kind,clock,comment\n1,2\n"),
-              ThrowsMessage<std::runtime_error>(HasSubstr("2 cells instead of 5")));
+              ThrowsMessage<std::runtime_error>(HasSubstr("2 cells in a table of 5 columns")));
   EXPECT_THAT(reading("key,feet,kind,clock,comment\n1,2,bend,,\n"),
               ThrowsMessage<std::runtime_error>(HasSubstr("no girth welds")));
   EXPECT_THAT(reading(""), ThrowsMessage<std::runtime_error>(HasSubstr("is empty")));
@@ -123,7 +123,7 @@ TEST_F(InspectionRuns, LedgerReadBackHoldsWeldsAndFeaturesOfBoth) {
   auto update = odometry::build_ledger({.name = "2007"}, weld_positions(then_));
   update = odometry::merge_run(update.ledger, {.name = "2015"}, weld_positions(later_));
   ASSERT_TRUE(update.accepted);
-  const auto ledger = ledger_from_csv(to_csv(update.ledger));
+  const auto ledger = ledger_from_csv(CsvTable(to_csv(update.ledger), "ledger.csv"));
   EXPECT_EQ(to_csv(ledger), to_csv(update.ledger));
   const auto keys_then = keys(then_);
   const auto keys_later = keys(later_);

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/message_conversions/camera.hpp"
 
 namespace pipescout::summary {

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "pipescout/catalogue/odometer_text.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 

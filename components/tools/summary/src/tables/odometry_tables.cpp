@@ -13,7 +13,7 @@
 #include "pipescout/catalogue/odometer_text.hpp"
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/csv/csv_file.hpp"
-#include "pipescout/csv/csv_table.hpp"
+#include "pipescout/csv/csv_reader.hpp"
 #include "pipescout/odometer_readings/readings_csv.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "tables/makers.hpp"
@@ -126,7 +126,7 @@ void OdometryTables::read_reference(const std::string& file) {
     return;
   }
   while (reader.next()) {
-    const auto value = parse_csv_number(reader.cells()[*column]);
+    const auto value = reader.number(*column);
     if (!value) {
       reader.refuse(*column, "a number");
     }

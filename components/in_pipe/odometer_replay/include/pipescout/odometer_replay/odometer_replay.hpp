@@ -53,6 +53,9 @@ class OdometerReplay final : public Component {
   Parameter<std::string> file_;
   Parameter<std::vector<std::string>> odometers_;
   Parameter<std::vector<std::string>> ignored_columns_;
+  Parameter<std::string> delimiter_;
+  Parameter<std::string> decimal_mark_;
+  Parameter<std::string> time_unit_;
   Parameter<std::vector<double>> standard_deviations_;
   Parameter<double> period_;
   Parameter<double> rate_;

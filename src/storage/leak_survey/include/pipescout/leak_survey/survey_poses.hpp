@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pipescout/leak_findings/leak_findings.hpp"
 #include "pipescout/leak_survey/survey_settings.hpp"
@@ -18,8 +19,9 @@ struct PicturePose {
 
 struct SurveyPoses {
   std::map<std::string, PicturePose> by_file;  ///< by the file name of the image, or "rec.seq#3"
-  /// Note that the last line is truncated, as by a full disk, and ignored; else empty.
-  std::string problem;
+  /// What was guessed of the table, and that its last line is truncated, as by a full disk, and
+  /// ignored.
+  std::vector<std::string> notes;
 };
 
 /// Of CSV with the columns
@@ -28,8 +30,9 @@ struct SurveyPoses {
 ///   time                                     s since 1970 UTC; may be missing
 ///   x_deviation, y_deviation, z_deviation    m; may be missing: the settings' then
 ///   rotation_x_deviation, ...                rad, about the axes of the map; likewise
-/// in any order. Throws CsvError for a column that is missing, a file that is named twice, and what
-/// is not a number, no rotation or no deviation.
+/// in any order, read by CsvReader: times may be dates and times, or in another unit. Throws
+/// CsvError for a column that is missing, a file that is named twice, and what is not a number, no
+/// rotation or no deviation.
 [[nodiscard]] SurveyPoses parse_survey_poses(const std::string& text, const std::string& path,
                                              const SurveySettings& settings);
 

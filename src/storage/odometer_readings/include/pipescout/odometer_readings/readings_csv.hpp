@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "pipescout/csv/csv_reader.hpp"
 #include "pipescout/csv/csv_stamp.hpp"
-#include "pipescout/csv/csv_table.hpp"
 
 /// Odometer readings as CSV, the format of the replay and of a mission's data files. Columns:
 ///
@@ -21,8 +21,9 @@
 ///   NAME.standard_deviation    optional, for all odometers or none: m; any number is legal
 ///   NAME.valid                 optional: 1 or 0; without it readings are valid
 ///
-/// All values that a driver can report are legal, including those of a fault: the fusion rejects
-/// them.
+/// Tables of other programs are read as CsvReader reads them: stamps may be dates and times or in
+/// another unit, and distances in the unit of a units row or of brackets in the column's name. All
+/// values that a driver can report are legal, including those of a fault: the fusion rejects them.
 namespace pipescout {
 
 /// Selection of columns.
@@ -31,6 +32,8 @@ struct ReadingsCsvSelection {
   std::vector<std::string> odometers;
   /// Columns that are not odometers. They may be absent.
   std::vector<std::string> ignored_columns;
+  /// How the table is written, as far as the user says it.
+  CsvFormat format{};
 };
 
 /// One row. The lists are as long as `ReadingsRecording::odometers`.
@@ -48,6 +51,7 @@ struct ReadingsRecording {
   std::vector<double> distances;                 ///< m, one per row and odometer
   std::vector<double> standard_deviations;       ///< m, the same; empty without such columns
   std::vector<bool> valid;                       ///< one per row and odometer
+  std::vector<std::string> notes;                ///< how the file was read, where that is a guess
 
   /// Rows; at least one in what `parse_readings_csv` returns.
   [[nodiscard]] std::size_t size() const noexcept {
@@ -57,15 +61,17 @@ struct ReadingsRecording {
   [[nodiscard]] ReadingsRow row(std::size_t index) const;
 };
 
-/// Throws CsvError, naming file and line, for what `parse_csv` refuses, a selected odometer that
-/// has no column, no odometer column at all, a cell of the wrong kind for its column, and stamps or
-/// reading numbers out of order. Uses no more memory than the final recording.
-[[nodiscard]] ReadingsRecording parse_readings_csv(std::string_view text, std::string_view path,
+/// Throws CsvError, naming file and line, for what CsvReader refuses, columns without a name or of
+/// one name, a selected odometer that has no column, no odometer column at all, a unit that is no
+/// length, a cell of the wrong kind for its column, and stamps or reading numbers out of order.
+/// Uses no more memory than the final recording, if the table is UTF-8.
+[[nodiscard]] ReadingsRecording parse_readings_csv(std::string_view bytes, std::string_view path,
                                                    const ReadingsCsvSelection& selection = {});
 
-/// Valid column names: characters and names that CSV does not allow (commas, quotes, control
-/// characters, blanks at the ends, the names and suffixes above) are replaced by '_', and an empty
-/// or duplicate name becomes "odometer_<its number>".
+/// Valid column names: characters and names that this CSV does not have (commas, quotes, control
+/// characters, blanks at the ends, bytes that are not UTF-8, the suffixes above) are replaced by
+/// '_', runs of blanks by one, and an empty or duplicate name or one above becomes
+/// "odometer_<its number>".
 [[nodiscard]] std::vector<std::string> odometer_column_names(const std::vector<std::string>& names);
 
 /// The header line, without line end; `columns` as of `odometer_column_names`.

@@ -1,28 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <pipescout/odometry/weld_ledger.hpp>
-#include <stdexcept>
 #include <string>
-#include <string_view>
+
+#include "pipescout/csv/csv_table.hpp"
 
 /// A weld ledger as text: docs/weld_ledger.md. Pure functions; thread-safe.
 namespace pipescout {
-
-/// An error in a ledger's text.
-class LedgerTextError : public std::invalid_argument {
- public:
-  LedgerTextError(std::size_t line, std::string field, const std::string& what);
-  [[nodiscard]] std::size_t line() const noexcept { return line_; }               ///< from 1
-  [[nodiscard]] const std::string& field() const noexcept { return field_; }      ///< column's name
-  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }  ///< without both
-
- private:
-  std::size_t line_;
-  std::string field_;
-  std::string problem_;
-};
 
 /// CSV with a header, one row per weld and landmark; every double with as many digits as a lossless
 /// round trip needs:
@@ -34,13 +19,14 @@ class LedgerTextError : public std::invalid_argument {
 /// `passed` are informative.
 [[nodiscard]] std::string to_csv(const odometry::WeldLedger& ledger);
 
-/// The exact inverse of `to_csv`. A tally may have fewer columns: `id` and one of `chainage_m` and
-/// `joint_length_m` are enough; without runs its values become those of the run "tally", without
-/// standard deviations they get `default_standard_deviation`. Throws LedgerTextError, message "line
-/// 7, joint_length_m: -3 is not above 0", for unknown, repeated or missing columns, ids that are
-/// empty or repeated, joint lengths or chainages that are missing, negative, zero, repeated, not
-/// finite or disagree with each other, and the like.
-[[nodiscard]] odometry::WeldLedger ledger_from_csv(std::string_view text,
+/// The exact inverse of `to_csv`, but for runs of blanks in names of runs. A tally may have fewer
+/// columns: `id` and one of `chainage_m` and `joint_length_m` are enough; without runs its values
+/// become those of the run "tally", without standard deviations they get
+/// `default_standard_deviation`. Throws CsvError, message "ledger.csv:7: column 'joint_length_m':
+/// -3 is not above 0", for unknown, repeated or missing columns, ids that are empty or repeated,
+/// joint lengths or chainages that are missing, negative, zero, repeated, not finite or disagree
+/// with each other, and the like.
+[[nodiscard]] odometry::WeldLedger ledger_from_csv(const CsvTable& csv,
                                                    double default_standard_deviation = 0.05);
 
 /// RFC 7946: a FeatureCollection of a LineString through the welds (a MultiLineString where it
