@@ -235,6 +235,9 @@ CallbackReturn WeldLocator::on_configure() {
   if (const std::string file = tally_file_.get(); !file.empty()) {
     tally_ = read_tally(file);
     first_chainage_ = tally_->chainages.front();
+    for (const std::string& note : tally_->notes) {
+      logger().info(note);
+    }
     logger().info(std::to_string(tally_->joints.size()) + " joints and " +
                   std::to_string(tally_->bends.size()) + " bends in " + file);
   }

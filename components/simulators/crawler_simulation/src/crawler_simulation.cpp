@@ -269,7 +269,11 @@ CallbackReturn CrawlerSimulation::on_configure() {
     throw std::invalid_argument("parameter 'tally' is empty: a CSV file with joints is needed");
   }
   names_ = wheels_.get();
-  run_.emplace(run_parameters(), read_tally(file));
+  const Tally tally = read_tally(file);
+  for (const std::string& note : tally.notes) {
+    logger().info(note);
+  }
+  run_.emplace(run_parameters(), tally);
   steps_ = 0;
   standing_steps_ = static_cast<std::uint64_t>(std::ceil(standing_.get() / kStep));
   total_steps_ = standing_steps_ + static_cast<std::uint64_t>(std::ceil(run_->duration() / kStep));
