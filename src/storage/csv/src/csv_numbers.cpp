@@ -143,10 +143,9 @@ char CsvNumbers::mark_of(std::size_t column) const {
   if (const char mark = of(all_); mark != '\0') {
     return mark;
   }
-  if (all_.point == 0 && delimiter_ == ',') {
-    return '.';  // where a comma separates columns, none separates decimals
-  }
-  return column < seen_.size() ? of(seen_[column].marks) : '\0';
+  const Marks own = column < seen_.size() ? seen_[column].marks : Marks{};
+  // Where commas separate columns they separate decimals only in quotes.
+  return delimiter_ == ',' && own.comma == 0 ? '.' : of(own);
 }
 
 void CsvNumbers::refuse(std::size_t column, std::size_t line, const std::string& what) const {

@@ -181,6 +181,8 @@ TEST(CsvDecimalMark, IsProvedByOneCell) {
               ElementsAre(ElementsAre(1.234, 2)));
   EXPECT_THAT(numbers_of("a;b\n1.234;2\n", {.decimal_mark = ','}),
               ElementsAre(ElementsAre(1234, 2)));
+  EXPECT_THAT(numbers_of("a,b,c\n\"1,5\",1.234,0.5\n"), ElementsAre(ElementsAre(1.5, 1.234, 0.5)))
+      << "commas separate columns, but for those in quotes";
   // A text column proves nothing of the others.
   const CsvTable table("note;d\n1.5;0,25\nx;0,5\n", "file.csv");
   EXPECT_EQ(table.required(0, 1), 0.25);
