@@ -128,7 +128,7 @@ struct BadText {
   const char* error;
 };
 
-class LedgerTextErrors : public testing::TestWithParam<BadText> {};
+class LedgerTextErrors : public ::testing::TestWithParam<BadText> {};
 
 TEST_P(LedgerTextErrors, NameLineAndField) {
   try {
@@ -141,7 +141,7 @@ TEST_P(LedgerTextErrors, NameLineAndField) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, LedgerTextErrors,
-    testing::Values(
+    ::testing::Values(
         BadText{"Empty", "", "l.csv: is empty; a header line is needed"},
         BadText{"NoId", "joint_length_m,seen\n1,1\n",
                 "l.csv:1: column 'id': the column is missing"},
@@ -211,15 +211,15 @@ TEST(LedgerText, GeoJsonHasLongitudeFirst) {
       "id,chainage_m,latitude_deg,longitude_deg,height_m,position_sd_m\n"
       "\"a\"\"b\",0,59.5,5.25,10,0.5\nB,12,59.75,5.5,11,0.5\nC,24,,,,\n");
   const std::string text = to_geojson(ledger);
-  EXPECT_THAT(text, testing::StartsWith("{\"type\":\"FeatureCollection\",\"features\":["));
-  EXPECT_THAT(text, testing::HasSubstr("{\"type\":\"LineString\",\"coordinates\":"
-                                       "[[5.25,59.5,10],[5.5,59.75,11]]}"));
-  EXPECT_THAT(text, testing::HasSubstr("{\"type\":\"Point\",\"coordinates\":[5.25,59.5,10]}"));
-  EXPECT_THAT(text, testing::HasSubstr("\"id\":\"a\\\"b\""));
-  EXPECT_THAT(text, testing::HasSubstr("\"geometry\":null,\"properties\":{\"id\":\"C\""));
-  EXPECT_THAT(text, testing::HasSubstr("\"joint_length_m\":null"));
-  EXPECT_THAT(text, testing::HasSubstr("\"runs\":[\"tally\"]"));
-  EXPECT_THAT(to_geojson({}), testing::HasSubstr("\"features\":[\n\n]"));
+  EXPECT_THAT(text, ::testing::StartsWith("{\"type\":\"FeatureCollection\",\"features\":["));
+  EXPECT_THAT(text, ::testing::HasSubstr("{\"type\":\"LineString\",\"coordinates\":"
+                                         "[[5.25,59.5,10],[5.5,59.75,11]]}"));
+  EXPECT_THAT(text, ::testing::HasSubstr("{\"type\":\"Point\",\"coordinates\":[5.25,59.5,10]}"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"id\":\"a\\\"b\""));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"geometry\":null,\"properties\":{\"id\":\"C\""));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"joint_length_m\":null"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"runs\":[\"tally\"]"));
+  EXPECT_THAT(to_geojson({}), ::testing::HasSubstr("\"features\":[\n\n]"));
 }
 
 TEST(LedgerText, GeoJsonCutsTheLineAtTheAntimeridian) {
@@ -227,16 +227,16 @@ TEST(LedgerText, GeoJsonCutsTheLineAtTheAntimeridian) {
       "id,chainage_m,latitude_deg,longitude_deg,height_m,position_sd_m\n"
       "A,0,-16.5,179.75,4,0.5\nB,12,-16.5,-179.75,6,0.5\n");
   EXPECT_THAT(to_geojson(ledger),
-              testing::HasSubstr("{\"type\":\"MultiLineString\",\"coordinates\":["
-                                 "[[179.75,-16.5,4],[180,-16.5,5]],"
-                                 "[[-180,-16.5,5],[-179.75,-16.5,6]]]}"));
+              ::testing::HasSubstr("{\"type\":\"MultiLineString\",\"coordinates\":["
+                                   "[[179.75,-16.5,4],[180,-16.5,5]],"
+                                   "[[-180,-16.5,5],[-179.75,-16.5,6]]]}"));
 }
 
 TEST(LedgerText, GeoJsonKeepsLocalCoordinatesAsProperties) {
   const std::string text = to_geojson(make_ledger(MapFrame::kLocal));
-  EXPECT_THAT(text, testing::HasSubstr("\"geometry\":null"));
-  EXPECT_THAT(text, testing::HasSubstr("\"x_m\":"));
-  EXPECT_THAT(text, testing::Not(testing::HasSubstr("Point")));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"geometry\":null"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\"x_m\":"));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("Point")));
 }
 
 TEST(LedgerText, VerdictsHaveNames) {
@@ -282,7 +282,7 @@ TEST(WeldLedgerText, BendsKeepTheirAngle) {
   EXPECT_NEAR(tally.landmarks[0].angle, 0.2094395, 1e-7);
   EXPECT_TRUE(std::isnan(tally.landmarks[1].angle));
   const std::string text = to_csv(tally);
-  EXPECT_THAT(text, testing::HasSubstr("\nB1,bend,12,3.5,"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nB1,bend,12,3.5,"));
   EXPECT_EQ(to_csv(from_text(text)), text);
   const auto error = [](const char* row) -> std::string {
     try {
