@@ -211,7 +211,7 @@ TEST_F(RunFiles, OtherColumnsAreAnsweredWithWhatThereIs) {
 }
 
 TEST_F(RunFiles, LedgersAndTalliesNeedNoMapping) {
-  const auto run = read_run(write("id,joint_length_m\nA,12\nB,11\nC,\n"), {});
+  const auto run = read_run(write("id,joint_length_m\nA,12\nB,11\nC,\n"), CsvFormat{});
   ASSERT_EQ(run.welds.size(), 3U);
   EXPECT_DOUBLE_EQ(run.welds[2].chainage, 23.0);
   EXPECT_EQ(run.ledger->welds[1].id, "B");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "cell_text.hpp"
 #include "csv_encoding.hpp"
 #include "delimiter.hpp"
 #include "pipescout/csv/csv_words.hpp"
@@ -12,20 +13,36 @@
 namespace pipescout {
 namespace {
 
-/// Below a header: units or nothing in each cell, and a unit at least in one.
-bool is_units_row(const RowScanner& row, std::size_t columns) {
-  if (row.count() != columns) {
-    return false;
+/// The units of the row that comes next, if it has units, nothing or a dash in each cell, one at
+/// least, and if those without brackets are of columns with numbers: "A" and "m" may be names too.
+/// Empty otherwise. Behind that row then.
+std::vector<std::string> take_units(RowScanner& scanner, std::size_t columns) {
+  std::vector<std::string> units;
+  if (!scanner.next() || scanner.count() != columns) {
+    return {};
   }
   bool has_unit = false;
-  for (const std::string_view cell : row.cells()) {
-    const std::string text = folded(cell);
-    if (!text.empty() && !is_unit_word(text)) {
-      return false;
+  for (const std::string_view cell : scanner.cells()) {
+    units.push_back(folded(cell));
+    if (!units.back().empty() && !is_unit_word(units.back())) {
+      return {};
     }
-    has_unit = has_unit || (!text.empty() && text != "-" && text != "1");
+    has_unit = has_unit || (!units.back().empty() && units.back() != "-");
   }
-  return has_unit;
+  RowScanner below = scanner;
+  if (!has_unit || !below.next()) {
+    return {};
+  }
+  for (std::size_t column = 0; column < columns; ++column) {
+    const std::string& unit = units[column];
+    const std::string_view cell =
+        column < below.cells().size() ? below.cells()[column] : std::string_view();
+    if (!unit.empty() && unit != "-" && bracketed(unit).empty() &&
+        (cell.empty() || number_shape(cell) == NumberShape::kText)) {
+      return {};
+    }
+  }
+  return units;
 }
 
 std::string cell_count_text(std::size_t cells, std::size_t columns) {
@@ -145,17 +162,14 @@ void CsvReader::read_header(RowScanner& scanner, const CsvFormat& format, char d
     text_.remove_prefix(scanner.position());
     first_line_ = scanner.next_line();
     scanner = RowScanner(text_, delimiter, first_line_);
-    RowScanner below(text_, delimiter, first_line_);
-    if (below.next() && is_units_row(below, columns.size())) {
-      for (const std::string_view cell : below.cells()) {
-        units.push_back(folded(cell));
-      }
-      text_.remove_prefix(below.position());
-      first_line_ = below.next_line();
-      scanner = RowScanner(text_, delimiter, first_line_);
-      notes_.push_back(bytes_->path + ":" + std::to_string(below.line()) +
+    units = take_units(scanner, columns.size());
+    if (!units.empty()) {
+      notes_.push_back(bytes_->path + ":" + std::to_string(scanner.line()) +
                        ": is taken for a row of units");
+      text_.remove_prefix(scanner.position());
+      first_line_ = scanner.next_line();
     }
+    scanner = RowScanner(text_, delimiter, first_line_);
   }
   collected_ = std::make_shared<CsvNumbers>(
       CsvNumbers::Header{bytes_->path, header_line, std::move(columns), std::move(units)}, format,

@@ -22,15 +22,15 @@ constexpr std::array<LengthUnit, 5> kUnits{{{"metres", "m", 1.0},
                                             {"feet", "ft", 0.3048}}};
 
 /// Of rows of units below a header. "-" says that a column has none.
-constexpr std::array<std::string_view, 62> kUnitWords{
-    "-",       "1",       "%",    "s",       "sec",    "ms",    "us",       "\u00B5s",
-    "\u03BCs", "ns",      "min",  "h",       "Hz",     "hh:mm", "m",        "mm",
-    "cm",      "km",      "in",   "inch",    "ft",     "feet",  "metres",   "millimetres",
-    "m^2",     "m\u00B2", "m/s",  "km/h",    "mm/s",   "m/s^2", "m/s2",     "m/s\u00B2",
-    "g",       "rad",     "deg",  "\u00B0",  "rad/s",  "deg/s", "\u00B0/s", "degC",
-    "\u00B0C", "K",       "degF", "\u00B0F", "V",      "mV",    "A",        "mA",
-    "ohm",     "Pa",      "hPa",  "kPa",     "bar",    "mbar",  "T",        "uT",
-    "\u00B5T", "N",       "kg",   "o'clock", "pulses", "counts"};
+constexpr std::array<std::string_view, 61> kUnitWords{
+    "-",       "%",    "s",       "sec",    "ms",    "us",       "\u00B5s",     "\u03BCs",
+    "ns",      "min",  "h",       "Hz",     "hh:mm", "m",        "mm",          "cm",
+    "km",      "in",   "inch",    "ft",     "feet",  "metres",   "millimetres", "m^2",
+    "m\u00B2", "m/s",  "km/h",    "mm/s",   "m/s^2", "m/s2",     "m/s\u00B2",   "g",
+    "rad",     "deg",  "\u00B0",  "rad/s",  "deg/s", "\u00B0/s", "degC",        "\u00B0C",
+    "K",       "degF", "\u00B0F", "V",      "mV",    "A",        "mA",          "ohm",
+    "Pa",      "hPa",  "kPa",     "bar",    "mbar",  "T",        "uT",          "\u00B5T",
+    "N",       "kg",   "o'clock", "pulses", "counts"};
 
 }  // namespace
 

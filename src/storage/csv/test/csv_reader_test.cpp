@@ -218,6 +218,9 @@ TEST(CsvUnits, OfARowBelowTheHeader) {
   EXPECT_EQ(table.numbers().unit(2), "");
   EXPECT_EQ(table.line(0), 3U);
   EXPECT_THAT(table.notes(), ElementsAre("file.csv:2: is taken for a row of units"));
+  for (const char* names : {"id,joint\nA,1\nB,2\n", "id,joint\nA,\nB,2\n", "k,d\nm,\nV,2\n"}) {
+    EXPECT_EQ(CsvTable(names, "").rows(), 2U) << "names that are units elsewhere: " << names;
+  }
   EXPECT_EQ(error_of("a,b\nmetres,wide\n1,2\n"),
             "file.csv:2: column 'a': 'metres' is not a finite number");
 }
