@@ -77,17 +77,6 @@ NAME_TAKEN = 69  # exit code of `pipescout run`
 LONGEST_AT_TEN_TIMES = 90.0  # s, in which the findings are fewer than a robot keeps
 
 
-def build():
-    """The environment in which the fleets run."""
-    command = (f". {ROOT}/launch_scripts/build_environment.sh && colcon build --packages-up-to "
-               "pipescout_fleet --event-handlers console_start_end- console_direct- "
-               "--cmake-args -DCMAKE_BUILD_TYPE=Release >&2 && set +u && . install/setup.bash "
-               "&& env -0")
-    result = subprocess.run(["bash", "-c", command], cwd=ROOT, stdout=subprocess.PIPE, check=True)
-    pairs = result.stdout.decode().split("\0")
-    return dict(pair.split("=", 1) for pair in pairs if "=" in pair)
-
-
 # What follows up to `main` runs in the station.
 
 def start_server():
@@ -479,14 +468,7 @@ def main():
         return
     if reason := fleet.why_not():
         sys.exit(f"cannot run: {reason}")
-    if options.prefix:
-        env = fleet.environment(options.prefix.resolve())
-    else:
-        built = build()
-        env = fleet.environment(ROOT / "build" / "pipescout_fleet" / "prefix") | {
-            name: built[name] for name in ("LD_LIBRARY_PATH", "CMAKE_PREFIX_PATH") if name in built}
-        env["AMENT_PREFIX_PATH"] = f"{env['AMENT_PREFIX_PATH']}:{built['AMENT_PREFIX_PATH']}"
-        env["PATH"] = f"{ROOT / 'build/pipescout_fleet/prefix/bin'}:{built['PATH']}"
+    env = fleet.built_environment(options.prefix)
     figures = {}
     rows = []
     if "discovery" in options.only:

@@ -13,7 +13,8 @@ import threading
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-FLEET_SH = HERE.parent.parent / "launch_scripts" / "fleet.sh"
+ROOT = HERE.parent.parent
+FLEET_SH = ROOT / "launch_scripts" / "fleet.sh"
 STATION_ADDRESS = "10.77.0.254"
 SERVER = f"{STATION_ADDRESS}:11811"
 
@@ -39,6 +40,25 @@ def environment(prefix, **more):
     result["AMENT_PREFIX_PATH"] = f"{prefix}:{result.get('AMENT_PREFIX_PATH', '')}"
     result["PATH"] = f"{pathlib.Path(prefix) / 'bin'}:{result['PATH']}"
     return result | more
+
+
+def built_environment(prefix=None):
+    """That in which benchmarks run: of the components that are built below the prefix; without one they are built first."""
+    if prefix:
+        return environment(prefix.resolve())
+    command = (f". {ROOT}/launch_scripts/build_environment.sh && colcon build --packages-up-to "
+               "pipescout_fleet --event-handlers console_start_end- console_direct- "
+               "--cmake-args -DCMAKE_BUILD_TYPE=Release >&2 && set +u && . install/setup.bash "
+               "&& env -0")
+    result = subprocess.run(["bash", "-c", command], cwd=ROOT, stdout=subprocess.PIPE, check=True)
+    pairs = result.stdout.decode().split("\0")
+    built = dict(pair.split("=", 1) for pair in pairs if "=" in pair)
+    prefix = ROOT / "build" / "pipescout_fleet" / "prefix"
+    env = environment(prefix) | {
+        name: built[name] for name in ("LD_LIBRARY_PATH", "CMAKE_PREFIX_PATH") if name in built}
+    env["AMENT_PREFIX_PATH"] = f"{env['AMENT_PREFIX_PATH']}:{built['AMENT_PREFIX_PATH']}"
+    env["PATH"] = f"{prefix / 'bin'}:{built['PATH']}"
+    return env
 
 
 def run(robots, composition, station, scratch, env, timeout, links=()):

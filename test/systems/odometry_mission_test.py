@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 
 from mission import pipescout, recorded
@@ -83,6 +84,19 @@ def several_processes(launch_scripts, scratch):
     check_paper_mission(scratch / "mission")
 
 
+def behind_a_server(launch_scripts, scratch):
+    """The same behind a discovery server, which tells the recorder of all topics."""
+    port = str(20000 + os.getpid() % 10000)
+    with subprocess.Popen(["pipescout", "discovery", "start", "-l", "127.0.0.1", "-p", port],
+                          stdout=subprocess.PIPE, text=True) as server:
+        assert "listens" in server.stdout.readline()
+        os.environ["ROS_DISCOVERY_SERVER"] = f"127.0.0.1:{port}"
+        try:
+            several_processes(launch_scripts, scratch)
+        finally:
+            server.terminate()
+
+
 def own_readings(launch_scripts, scratch):
     """An odometer that fails is left out; two that fail leave no consensus."""
     readings = scratch / "own.csv"
@@ -117,7 +131,7 @@ def main():
     case, launch_scripts, scratch = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir(parents=True)
-    {"one_process": one_process, "several_processes": several_processes,
+    {"one_process": one_process, "several_processes": several_processes, "behind_a_server": behind_a_server,
      "own_readings": own_readings, "reproduce": reproduce}[case](launch_scripts, scratch)
 
 

@@ -66,6 +66,7 @@ class DdsTransport : public Transport {
   std::vector<DiscoveredEndpoint> remote_endpoints() const override {
     return participant_->discovery().endpoints();
   }
+  std::vector<UnheardParticipant> take_census() override { return participant_->take_census(); }
   void on_graph_changed(GraphChanged callback) override {
     participant_->discovery().on_graph_changed(std::move(callback));
   }

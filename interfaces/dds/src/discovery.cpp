@@ -4,6 +4,8 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
 #include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastrtps/utils/IPFinder.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 
 #include <algorithm>
@@ -40,6 +42,32 @@ std::string announced_scope(const eprosima::fastrtps::ParameterPropertyList_t& p
     }
   }
   return {};
+}
+
+/// The UDP ports of an address of this machine at which a participant takes discovery messages.
+std::set<std::uint16_t> ports_of_this_machine(const rtps::ParticipantProxyData& data) {
+  rtps::LocatorList_t addresses;
+  rtps::IPFinder::getAllIPAddress(&addresses);
+  std::set<std::uint16_t> ports;
+  for (const rtps::Locator_t& locator : data.metatraffic_locators.unicast) {
+    const bool is_here = locator.kind == LOCATOR_KIND_UDPv4 &&
+                         (rtps::IPLocator::isLocal(locator) ||
+                          std::any_of(addresses.begin(), addresses.end(), [&](const auto& address) {
+                            return rtps::IPLocator::compareAddress(address, locator);
+                          }));
+    if (is_here) {
+      ports.insert(rtps::IPLocator::getPhysicalPort(locator));
+    }
+  }
+  return ports;
+}
+
+bool is_on_loopback_alone(const rtps::ParticipantProxyData& data) {
+  const auto& places = data.metatraffic_locators.unicast;
+  return !places.empty() &&
+         std::all_of(places.begin(), places.end(), [](const rtps::Locator_t& locator) {
+           return locator.kind == LOCATOR_KIND_UDPv4 && rtps::IPLocator::isLocal(locator);
+         });
 }
 
 template <class ProxyData>
@@ -92,6 +120,27 @@ std::vector<DiscoveredEndpoint> Discovery::endpoints() const {
   return result;
 }
 
+PortsByParticipant Discovery::ports_of_this_machine() const {
+  const std::lock_guard lock(mutex_);
+  return ports_of_this_machine_;
+}
+
+void Discovery::forget(const Gid& participant) {
+  const std::lock_guard lock(mutex_);
+  erase(participant);
+  graph_changed();
+}
+
+void Discovery::erase(const Gid& participant) {
+  const GuidPrefix prefix = prefix_of(participant);
+  participants_.erase(participant);
+  ports_of_this_machine_.erase(participant);
+  payload_takers_.erase(prefix);
+  payloads_.forget(prefix);
+  std::erase_if(endpoints_,
+                [&](const auto& entry) { return same_participant(entry.first, participant); });
+}
+
 void Discovery::on_graph_changed(GraphChanged callback) {
   {
     const std::lock_guard lock(mutex_);
@@ -134,25 +183,23 @@ void Discovery::on_participant_discovery(fastdds::DomainParticipant* participant
       announcements_->hear(
           gid, is_gone ? std::string() : value_in(info.info.m_userData, kAnnouncementKey));
     }
+    auto ports = dds::ports_of_this_machine(info.info);
     const std::lock_guard lock(mutex_);
-    const GuidPrefix prefix = prefix_of(gid);
     switch (info.status) {
       case rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT:
       case rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT:
         participants_[gid] = {.gid = gid,
                               .name = info.info.m_participantName.to_string(),
-                              .enclave = value_in(info.info.m_userData, kEnclaveKey)};
+                              .enclave = value_in(info.info.m_userData, kEnclaveKey),
+                              .is_on_loopback_alone = is_on_loopback_alone(info.info)};
+        ports_of_this_machine_[gid] = std::move(ports);
         if (!payload_scope_.empty() && announced_scope(info.info.m_properties) == payload_scope_) {
-          payload_takers_.insert(prefix);
+          payload_takers_.insert(prefix_of(gid));
         }
         break;
       case rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT:
       case rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT:
-        participants_.erase(gid);
-        payload_takers_.erase(prefix);
-        payloads_.forget(prefix);
-        std::erase_if(endpoints_,
-                      [&](const auto& entry) { return same_participant(entry.first, gid); });
+        erase(gid);
         break;
     }
     graph_changed();

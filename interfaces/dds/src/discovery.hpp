@@ -17,6 +17,7 @@
 #include "pipescout/runtime/transport.hpp"
 #include "rtps_conversions.hpp"
 #include "shared_payloads.hpp"
+#include "signs_of_life.hpp"
 
 namespace pipescout::dds {
 
@@ -51,6 +52,9 @@ class Discovery : public fastdds::DomainParticipantListener {
   [[nodiscard]] bool knows(const Gid& participant) const;
   [[nodiscard]] std::vector<DiscoveredParticipant> participants() const;
   [[nodiscard]] std::vector<DiscoveredEndpoint> endpoints() const;
+  [[nodiscard]] PortsByParticipant ports_of_this_machine() const;
+  /// As if Fast DDS had told that it has gone.
+  void forget(const Gid& participant);
 
   /// See Transport::on_graph_changed.
   void on_graph_changed(GraphChanged callback);
@@ -71,6 +75,7 @@ class Discovery : public fastdds::DomainParticipantListener {
   void endpoint_removed(const Gid& gid);
   void compare(const LocalEndpoint& local, const DiscoveredEndpoint& remote);
   void graph_changed();
+  void erase(const Gid& participant);  // under mutex_
 
   EventThread& events_;
   const std::shared_ptr<Announcements> announcements_;
@@ -79,6 +84,7 @@ class Discovery : public fastdds::DomainParticipantListener {
   mutable std::mutex mutex_;
   std::set<GuidPrefix> payload_takers_;
   std::map<Gid, DiscoveredParticipant> participants_;
+  PortsByParticipant ports_of_this_machine_;
   std::map<Gid, DiscoveredEndpoint> endpoints_;
   std::vector<LocalEndpoint> local_;
   GraphChanged callback_;

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "discovery_choice.hpp"
 #include "network_profile.hpp"
@@ -136,11 +137,13 @@ void load_profiles(const std::string& wire_name, const char* of_request, const c
 }  // namespace
 
 Participant::Participant(const DdsOptions& options)
-    : network_(options.network),
+    : domain_(options.domain_id),
+      network_(options.network),
       is_found_by_server_(!options.discovery_servers.empty()),
       exported_topics_(options.exported_topics),
       announcements_(options.announcements),
-      discovery_(events_, options.announcements) {
+      discovery_(events_, options.announcements),
+      census_(options.domain_id) {
   const std::string domain = "DDS domain " + std::to_string(options.domain_id);
   if (options.domain_id > kHighestDomain) {
     throw TransportError(domain + ": must be in 0.." + std::to_string(kHighestDomain));
@@ -202,6 +205,22 @@ Participant::Participant(const DdsOptions& options)
 Participant::~Participant() {
   server_watch_.reset();
   leave();
+}
+
+std::vector<UnheardParticipant> Participant::take_census() {
+  // In this order: who is discovered in between is taken for unheard, not for departed.
+  const auto discovered = discovery_.ports_of_this_machine();
+  const auto sockets = bound_sockets();
+  const std::lock_guard lock(census_mutex_);
+  auto [unheard, departed] = census_.count(sockets, owners_of(sockets), discovered);
+  for (const Gid& participant : departed) {
+    discovery_.forget(participant);
+  }
+  std::erase_if(unheard, [](const UnheardParticipant& each) { return each.process == getpid(); });
+  for (const std::uint16_t port : ports_of_shared_memory_alone(sockets, domain_)) {
+    unheard.push_back({.process = 0, .program = {}, .port = port, .has_no_udp = true});
+  }
+  return unheard;
 }
 
 std::vector<std::string> Participant::warnings() const {

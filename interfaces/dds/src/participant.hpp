@@ -18,6 +18,7 @@
 #include "pipescout/dds/dds_transport.hpp"
 #include "security.hpp"
 #include "server_watch.hpp"
+#include "signs_of_life.hpp"
 #include "warnings.hpp"
 
 namespace pipescout::dds {
@@ -47,6 +48,8 @@ class Participant {
   [[nodiscard]] Discovery& discovery() { return discovery_; }
   [[nodiscard]] const NetworkProfile& network() const { return network_; }
   [[nodiscard]] bool is_found_by_server() const { return is_found_by_server_; }
+  /// See Transport::take_census.
+  [[nodiscard]] std::vector<UnheardParticipant> take_census();
   /// See Transport::warnings.
   [[nodiscard]] std::vector<std::string> warnings() const;
   /// For large messages that other participants send; for those that are sent, null when there is
@@ -72,6 +75,7 @@ class Participant {
   void leave() noexcept;
   [[nodiscard]] bool exports(const std::string& wire_name) const;
 
+  const std::uint32_t domain_;
   const NetworkProfile network_;
   const bool is_found_by_server_;
   const std::optional<std::set<std::string>> exported_topics_;
@@ -87,6 +91,9 @@ class Participant {
   std::shared_ptr<PayloadFolder> payload_folder_;
   std::optional<RevocationWatch> revocation_watch_;
   std::optional<ServerWatch> server_watch_;
+
+  std::mutex census_mutex_;
+  Census census_;
 
   std::mutex topics_mutex_;
   std::map<std::string, TopicEntry> topics_;

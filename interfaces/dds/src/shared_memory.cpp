@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <limits>
 #include <string>
@@ -68,6 +69,14 @@ std::optional<std::uint32_t> fitting_segment_bytes(std::size_t wanted,
   const std::size_t most =
       std::min<std::size_t>(space.available / kShare, std::numeric_limits<std::uint32_t>::max());
   return static_cast<std::uint32_t>(std::clamp(wanted, kSmallestSegmentBytes, most));
+}
+
+bool is_locked(int descriptor) {
+  if (flock(descriptor, LOCK_SH | LOCK_NB) == 0) {
+    flock(descriptor, LOCK_UN);
+    return false;
+  }
+  return errno == EWOULDBLOCK;
 }
 
 void remove_abandoned_segments(const std::filesystem::path& folder) {

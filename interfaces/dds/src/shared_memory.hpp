@@ -23,6 +23,10 @@ inline constexpr const char* kPayloadPrefix = "pipescout_payload_";
 [[nodiscard]] std::optional<std::uint32_t> fitting_segment_bytes(
     std::size_t wanted, const std::filesystem::path& folder = kSharedMemoryFolder);
 
+/// Whether somebody holds the lock of an open file exclusively, as Fast DDS does for each port that
+/// has a reader. Looks without keeping it: it is taken together with others for a moment.
+[[nodiscard]] bool is_locked(int descriptor);
+
 /// Removes the segments and blocks of processes that were killed; Fast DDS leaves those in place,
 /// each as large as the process had asked for. A living owner is known by the lock that it holds on
 /// the segment's "_el" file, or on the block itself. Young files are left alone: their owner may be

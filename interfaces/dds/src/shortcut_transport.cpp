@@ -6,13 +6,11 @@
 #include <fastrtps/config.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <fastdds/rtps/common/LocatorList.hpp>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -382,13 +380,6 @@ int ReaderProbe::open_memory(std::uint32_t port, int lock) {
 }
 
 bool ReaderProbe::has_reader(std::uint32_t port) {
-  const auto is_locked = [](int descriptor) {
-    if (flock(descriptor, LOCK_SH | LOCK_NB) == 0) {
-      flock(descriptor, LOCK_UN);
-      return false;
-    }
-    return errno == EWOULDBLOCK;
-  };
   const auto is_in_place = [](int descriptor) {
     struct stat memory {};
     return fstat(descriptor, &memory) == 0 && memory.st_nlink > 0;

@@ -4,10 +4,12 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -129,6 +131,91 @@ TEST(DdsDiscovery, SocketsHaveRoomForWhatAFleetTellsAtOnce) {
   for (const int each : sockets) {
     EXPECT_EQ(receive_buffer(each), granted);
   }
+}
+
+/// Another process that holds the two ports of a participant and says nothing.
+class SilentProcess {
+ public:
+  explicit SilentProcess(std::uint32_t domain) {
+    std::array<int, 2> ready{};
+    EXPECT_EQ(pipe(ready.data()), 0);
+    pid_ = fork();
+    if (pid_ == 0) {
+      for (std::uint32_t participant = 60;; ++participant) {
+        if (hold(unicast_port(domain, participant))) {
+          const std::uint16_t port = unicast_port(domain, participant);
+          (void)!write(ready[1], &port, sizeof port);
+          pause();
+        }
+      }
+    }
+    EXPECT_EQ(read(ready[0], &port_, sizeof port_), static_cast<ssize_t>(sizeof port_));
+    close(ready[0]);
+    close(ready[1]);
+  }
+  SilentProcess(const SilentProcess&) = delete;
+  SilentProcess& operator=(const SilentProcess&) = delete;
+  ~SilentProcess() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  [[nodiscard]] pid_t pid() const { return pid_; }
+  [[nodiscard]] std::uint16_t port() const { return port_; }
+
+ private:
+  static bool hold(std::uint16_t first) {
+    for (const int each : {0, 1}) {
+      sockaddr_in place{};
+      place.sin_family = AF_INET;
+      place.sin_port = htons(static_cast<std::uint16_t>(first + each));
+      const int held = socket(AF_INET, SOCK_DGRAM, 0);
+      if (bind(held, reinterpret_cast<const sockaddr*>(&place), sizeof place) != 0) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  pid_t pid_ = -1;
+  std::uint16_t port_ = 0;
+};
+
+// Who is found first must not end the search for the others.
+TEST(DdsCensus, CountsWhoHoldsSocketsOfTheDomainAndHasNotAnswered) {
+  const auto options = local_options();
+  const SilentProcess silent(options.domain_id);
+  const auto transport = create_dds_transport(options);
+  const auto unheard = transport->take_census();
+  const auto found = std::find_if(unheard.begin(), unheard.end(),
+                                  [&](const auto& each) { return each.port == silent.port(); });
+  ASSERT_NE(found, unheard.end());
+  EXPECT_EQ(found->process, silent.pid());
+  EXPECT_FALSE(found->has_no_udp);
+}
+
+TEST(DdsCensus, CountsNobodyWhoIsDiscoveredAndForgetsWhoWasKilled) {
+  const auto options = local_options();
+  const pid_t other = fork();
+  if (other == 0) {
+    const auto transport = create_dds_transport(options);
+    while (true) {
+      pause();
+    }
+  }
+  const auto transport = create_dds_transport(options);
+  Monitor monitor;
+  transport->on_graph_changed([&] { monitor.change([] {}); });
+  ASSERT_TRUE(monitor.await([&] { return !transport->remote_participants().empty(); }));
+  EXPECT_TRUE(transport->remote_participants().front().is_on_loopback_alone);
+  const auto unheard = transport->take_census();
+  EXPECT_TRUE(std::none_of(unheard.begin(), unheard.end(),
+                           [&](const auto& each) { return each.process == other; }));
+  EXPECT_EQ(transport->remote_participants().size(), 1U);
+  kill(other, SIGKILL);
+  waitpid(other, nullptr, 0);
+  (void)transport->take_census();
+  EXPECT_TRUE(transport->remote_participants().empty());
+  transport->on_graph_changed({});
 }
 
 }  // namespace

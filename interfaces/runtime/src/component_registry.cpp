@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "pipescout/idl/installed_prefixes.hpp"
@@ -20,6 +21,9 @@ namespace pipescout {
 namespace {
 
 namespace fs = std::filesystem;
+
+// The third field of a line, which most have not.
+constexpr std::string_view kSeesWholeGraph = "sees_whole_graph";
 
 constexpr std::string_view kIndex = "share/ament_index/resource_index/pipescout_components";
 
@@ -150,16 +154,21 @@ void ComponentRegistry::read_index(const std::filesystem::path& prefix,
       continue;
     }
     const std::string where = file.string() + ":" + std::to_string(number) + ": ";
-    const auto separator = line.find(';');
-    const std::string class_name = line.substr(0, separator);
-    const std::string library =
-        separator == std::string::npos ? std::string() : line.substr(separator + 1);
-    if (class_name.empty() || library.empty() || library.find(';') != std::string::npos) {
+    std::vector<std::string> fields;
+    std::istringstream text(line);
+    for (std::string field; std::getline(text, field, ';');) {
+      fields.push_back(std::move(field));
+    }
+    const bool sees_whole_graph = fields.size() == 3 && fields[2] == kSeesWholeGraph;
+    const std::string& class_name = fields.front();
+    if (class_name.empty() || fields.size() < 2 || fields[1].empty() || line.back() == ';' ||
+        (fields.size() > 2 && !sees_whole_graph)) {
       problems_.push_back(where + "expected '<class>;<library>', found '" + line + "'");
     } else if (!classes.insert(class_name).second) {
       problems_.push_back(where + "class '" + class_name + "' is a duplicate in this file");
     } else {
-      types_.push_back({class_name, file.filename().string(), prefix / library});
+      types_.push_back(
+          {class_name, file.filename().string(), prefix / fields[1], sees_whole_graph});
     }
   }
 }
@@ -191,6 +200,12 @@ const ComponentType& ComponentRegistry::find(std::string_view class_name,
   message += " (" + std::to_string(types_.size()) + " known, in " + std::to_string(prefixes_) +
              (prefixes_ == 1 ? " prefix searched)" : " prefixes searched)");
   throw UnknownComponent(message);
+}
+
+bool ComponentRegistry::sees_whole_graph(std::string_view class_name) const noexcept {
+  return std::any_of(types_.begin(), types_.end(), [&](const ComponentType& type) {
+    return type.class_name == class_name && type.sees_whole_graph;
+  });
 }
 
 ComponentPtr<> ComponentRegistry::create(std::string_view class_name, ComponentOptions options,

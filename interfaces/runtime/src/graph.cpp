@@ -28,10 +28,15 @@ constexpr std::size_t kDiscoveryReaderDepth = 1000;
 // starts has hundreds). So changes are collected: for a moment at first, twice as long each time
 // while a burst goes on. The sum of what is sent stays within a few times the last announcement.
 constexpr Duration kShortestCollecting = std::chrono::milliseconds(20);
-constexpr Duration kLongestCollecting = std::chrono::milliseconds(640);
 
 // A participant's message may arrive before discovery shows the participant, but not this long.
 constexpr Duration kLongestUnknown = std::chrono::minutes(1);
+
+/// How many of the first are not among the second.
+std::size_t count_missing(const std::set<Gid>& some, const std::set<Gid>& all) {
+  return static_cast<std::size_t>(
+      std::count_if(some.begin(), some.end(), [&](const Gid& gid) { return !all.contains(gid); }));
+}
 
 /// Who is told of changes, and waits for them.
 class ChangeBell {
@@ -304,6 +309,45 @@ class Knowledge {
     return endpoints;
   }
 
+  [[nodiscard]] std::vector<UntoldParticipant> untold() const {
+    std::vector<UntoldParticipant> untold;
+    if (transport_ == nullptr) {
+      return untold;
+    }
+    std::map<Gid, std::set<Gid>> discovered;  // by participant
+    std::map<Gid, std::set<Gid>> of_ros;      // those of them with a topic or service of ROS
+    for (const auto& endpoint : transport_->remote_endpoints()) {
+      discovered[endpoint.participant].insert(endpoint.gid);
+      if (demangle_topic_name(endpoint.topic)) {
+        of_ros[endpoint.participant].insert(endpoint.gid);
+      }
+    }
+    const auto participants = transport_->remote_participants();
+    const std::lock_guard lock(mutex_);
+    for (const auto& participant : participants) {
+      if (participant.enclave.empty()) {
+        continue;  // not of ROS
+      }
+      UntoldParticipant found{.participant = participant};
+      std::set<Gid> told;
+      if (const auto heard = remote_nodes_.find(participant.gid); heard != remote_nodes_.end()) {
+        found.has_told_its_nodes = true;
+        for (const auto& node : heard->second.nodes) {
+          for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
+            std::transform(gids->begin(), gids->end(), std::inserter(told, told.end()),
+                           [](const auto& gid) { return from_message(gid); });
+          }
+        }
+      }
+      found.undiscovered_endpoints = count_missing(told, discovered[participant.gid]);
+      found.unowned_endpoints = count_missing(of_ros[participant.gid], told);
+      if (found.lacks() || found.unowned_endpoints > 0) {
+        untold.push_back(std::move(found));
+      }
+    }
+    return untold;
+  }
+
   ChangeBell& bell() { return bell_; }
 
  private:
@@ -474,6 +518,7 @@ class ProcessGraph final : public Graph {
   bool wait_until(const std::function<bool()>& done, Duration timeout) override {
     return knowledge_->bell().wait_until(done, timeout);
   }
+  std::vector<UntoldParticipant> untold() const override { return knowledge_->untold(); }
 
  private:
   Transport* const transport_;

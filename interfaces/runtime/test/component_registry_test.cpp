@@ -72,6 +72,16 @@ TEST(ComponentRegistry, ListsWhatThePackagesOffer) {
   EXPECT_THAT(registry.problems(), IsEmpty());
 }
 
+TEST(ComponentRegistry, KnowsWhoLooksAtTheWholeGraph) {
+  const TemporaryPrefix prefix;
+  prefix.add("pkg", "a::Recorder;lib/liba.so;sees_whole_graph\na::Driver;lib/liba.so\n");
+  const ComponentRegistry registry({prefix.path()});
+  EXPECT_TRUE(registry.sees_whole_graph("a::Recorder"));
+  EXPECT_FALSE(registry.sees_whole_graph("a::Driver"));
+  EXPECT_FALSE(registry.sees_whole_graph("a::Unknown"));
+  EXPECT_THAT(registry.problems(), IsEmpty());
+}
+
 TEST(ComponentRegistry, AnOverlayHidesThePackageBelow) {
   const TemporaryPrefix overlay;
   const TemporaryPrefix underlay;

@@ -22,6 +22,8 @@ endfunction()
 
 # pipescout_add_component(<target>
 #   CLASSES <class>...                component classes that the library registers, fully qualified
+#   [WHOLE_GRAPH <class>...]          those of them that look at endpoints of others: behind a discovery server their process
+#                                     is told everything
 #   [SOURCES <file>...]               default: src/*.cpp
 #   [DEPENDENCIES <target>...]        beside pipescout::runtime
 #   [PRIVATE_DEPENDENCIES <target>...])
@@ -29,9 +31,10 @@ endfunction()
 # A library as pipescout_add_library() makes it, its sources compiled together, whose components are entered into the index by which
 # they are found by name:
 #   <prefix>/share/ament_index/resource_index/pipescout_components/<project>
-# with a line "<class>;<library file, relative to the prefix>" per class. One call a package.
+# with a line "<class>;<library file, relative to the prefix>" per class, and ";sees_whole_graph" behind those of WHOLE_GRAPH. One
+# call a package.
 function(pipescout_add_component target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "CLASSES;SOURCES;DEPENDENCIES;PRIVATE_DEPENDENCIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "CLASSES;WHOLE_GRAPH;SOURCES;DEPENDENCIES;PRIVATE_DEPENDENCIES")
   if(NOT arg_CLASSES)
     message(FATAL_ERROR "pipescout_add_component(${target}) needs CLASSES")
   endif()
@@ -52,10 +55,16 @@ function(pipescout_add_component target)
   pipescout_compile_together(${target})
 
   set(index "")
+  set(index_of_ros "")
   foreach(class IN LISTS arg_CLASSES)
-    string(APPEND index "${class};${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>\n")
+    set(line "${class};${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:${target}>")
+    string(APPEND index_of_ros "${line}\n")
+    if(class IN_LIST arg_WHOLE_GRAPH)
+      string(APPEND line ";sees_whole_graph")
+    endif()
+    string(APPEND index "${line}\n")
   endforeach()
   pipescout_index_resource(pipescout_components ${PROJECT_NAME} "${index}")
-  # In the same form, for `ros2 component types`: see docs/deployment.md for who can load them.
-  pipescout_index_resource(rclcpp_components ${PROJECT_NAME} "${index}")
+  # For `ros2 component types`: see docs/deployment.md for who can load them.
+  pipescout_index_resource(rclcpp_components ${PROJECT_NAME} "${index_of_ros}")
 endfunction()

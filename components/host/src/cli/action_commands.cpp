@@ -248,13 +248,13 @@ void add_action_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("action", "Actions on the network");
   group->require_subcommand(1);
 
-  const auto [list, list_options] = add_session_command<ListOptions>(
-      *group, action, "list", "List the actions", false, list_actions);
+  const auto [list, list_options] =
+      add_graph_command<ListOptions>(*group, action, "list", "List the actions", list_actions);
   list->add_flag("-t,--show-types", list_options->types, "Show the types too");
   list->add_flag("-c,--count-actions", list_options->count, "Print only how many there are");
 
-  const auto [info, info_options] = add_session_command<InfoOptions>(
-      *group, action, "info", "Show the servers and clients of an action", false, action_info);
+  const auto [info, info_options] = add_graph_command<InfoOptions>(
+      *group, action, "info", "Show the servers and clients of an action", action_info);
   info->add_option("action", info_options->action, "Name of the action")->required();
   info->add_flag("-t,--show-types", info_options->types, "Show the types too");
   info->add_flag("-c,--count", info_options->count, "Print only how many there are");

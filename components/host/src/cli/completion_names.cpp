@@ -28,7 +28,7 @@ std::vector<std::string> shown(const NamesAndTypes& names) {
 /// Of the running system.
 std::vector<std::string> found_names(const std::string& kind) {
   Session session({.spin_time = kPatience});
-  session.settle(kQuiet);
+  (void)session.discover(kQuiet);  // what is missing cannot be said here
   // `bag record` takes several.
   if (kind == "topic" || kind == "topics") {
     return shown(session.graph().topics());

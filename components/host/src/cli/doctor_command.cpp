@@ -123,12 +123,21 @@ void ask_for_datums(Session& session, Observation& seen) {
 }
 
 void look_at_network(Session& session, const DoctorOptions& options, Observation& seen) {
-  session.settle();
+  seen.undiscovered = session.discover();
   seen.nodes = session.nodes(true);
   // Nodes of command lines come and go.
   std::erase_if(seen.nodes, [](const NodeName& node) { return node.name.starts_with("_"); });
   seen.endpoints = session.graph().endpoints();
   std::erase_if(seen.endpoints, [](const GraphEndpoint& each) { return each.in_this_process; });
+  for (const auto& participant : session.node().context().transport()->remote_participants()) {
+    auto& nodes = participant.is_on_loopback_alone ? seen.nodes_on_loopback_alone
+                                                   : seen.nodes_beyond_loopback;
+    for (const auto& each : seen.endpoints) {
+      if (each.node && participant_of(each.gid) == participant.gid) {
+        nodes.insert(*each.node);
+      }
+    }
+  }
   const auto clock = mangle_topic_name("/clock", DdsTopicKind::kTopic);
   seen.simulated_time = std::any_of(
       seen.endpoints.begin(), seen.endpoints.end(),
@@ -144,11 +153,16 @@ void look_at_network(Session& session, const DoctorOptions& options, Observation
   }
 }
 
-int examine(Session& session, const DoctorOptions& options) {
+int examine(const DoctorOptions& options) {
   Observation seen;
-  look_at_network(session, options, seen);
   const auto& run = options.run;
   seen.machine = doctor::look_at_machine(run.out.value_or("."));
+  try {
+    Session session(options.discovery);
+    look_at_network(session, options, seen);
+  } catch (const TransportError& error) {
+    seen.unreachable_network = error.what();
+  }
   if (!run.composition.empty()) {
     // What the components on trial write goes there.
     const TemporaryFolder folder;
@@ -165,9 +179,11 @@ int examine(Session& session, const DoctorOptions& options) {
 }  // namespace
 
 void add_doctor_command(CLI::App& app, Action& action) {
-  const auto [command, options] = add_session_command<DoctorOptions>(
-      app, action, "doctor", "Look for what is wrong, before a run or in a running system", true,
-      examine);
+  const auto options = std::make_shared<DoctorOptions>();
+  auto* const command =
+      app.add_subcommand("doctor", "Look for what is wrong, before a run or in a running system");
+  options->discovery.add_to(*command, true);
+  command->callback([options, &action] { action = [options] { return examine(*options); }; });
   auto& run = options->run;
   command->add_option("composition", run.composition,
                       "Composition file: its components are made and configured on trial");

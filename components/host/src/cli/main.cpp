@@ -142,20 +142,8 @@ int run(const std::vector<std::string>& words) {
   app.set_version_flag("--version", PIPESCOUT_VERSION);
   app.require_subcommand(1);
   Action action;
-  add_run_command(app, action);
-  add_component_commands(app, action);
-  add_topic_commands(app, action);
-  add_interface_commands(app, action);
-  add_node_commands(app, action);
-  add_param_commands(app, action);
-  add_lifecycle_commands(app, action);
-  add_service_commands(app, action);
-  add_log_commands(app, action);
-  add_doctor_command(app, action);
-  add_tf_commands(app, action);
-  add_action_commands(app, action);
-  add_fleet_commands(app, action);
-  add_discovery_commands(app, action);
+  action.words = words;
+  add_commands(app, action);
   app.add_subcommand(kHelp, "Show the help of a command: help COMMAND");
   if (!words.empty() && words.front() == kComplete) {
     return print_completions(app, words);
@@ -181,6 +169,25 @@ int run(const std::vector<std::string>& words) {
 }
 
 }  // namespace
+
+void add_commands(CLI::App& app, Action& action) {
+  add_run_command(app, action);
+  add_component_commands(app, action);
+  add_topic_commands(app, action);
+  add_interface_commands(app, action);
+  add_node_commands(app, action);
+  add_param_commands(app, action);
+  add_lifecycle_commands(app, action);
+  add_service_commands(app, action);
+  add_log_commands(app, action);
+  add_doctor_command(app, action);
+  add_tf_commands(app, action);
+  add_action_commands(app, action);
+  add_fleet_commands(app, action);
+  add_discovery_commands(app, action);
+  add_daemon_commands(app, action);
+}
+
 }  // namespace pipescout::host
 
 int main(int argc, char** argv) {

@@ -21,8 +21,8 @@ void add_name_commands(CLI::App& group, Action& action, const char* what,
                        NamesAndTypes (*names)(Session& session)) {
   const std::string thing(what);
   const auto type_text = "Print the type of a " + thing;
-  const auto [type, type_options] = add_session_command<NameOptions>(
-      group, action, "type", type_text.c_str(), false,
+  const auto [type, type_options] = add_graph_command<NameOptions>(
+      group, action, "type", type_text.c_str(),
       [names, thing](Session& session, const NameOptions& options) {
         const auto name = topic_name(options.name);
         NamesAndTypes found;
@@ -41,8 +41,8 @@ void add_name_commands(CLI::App& group, Action& action, const char* what,
   type->add_option(what, type_options->name, "Name of the " + thing)->required();
 
   const auto find_text = "List the " + thing + "s of a type";
-  const auto [find, find_options] = add_session_command<NameOptions>(
-      group, action, "find", find_text.c_str(), false,
+  const auto [find, find_options] = add_graph_command<NameOptions>(
+      group, action, "find", find_text.c_str(),
       [names](Session& session, const NameOptions& options) {
         session.settle();
         std::size_t found = 0;

@@ -99,13 +99,13 @@ void add_node_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("node", "Nodes on the network");
   group->require_subcommand(1);
 
-  const auto [list, list_options] = add_session_command<NodeCommandOptions>(
-      *group, action, "list", "List the nodes", false, list_nodes);
+  const auto [list, list_options] =
+      add_graph_command<NodeCommandOptions>(*group, action, "list", "List the nodes", list_nodes);
   list->add_flag("-a,--all", list_options->hidden, "Hidden nodes too");
   list->add_flag("-c,--count-nodes", list_options->count, "Print only the count");
 
-  const auto [info, info_options] = add_session_command<NodeCommandOptions>(
-      *group, action, "info", "Show the publishers, subscriptions and services of a node", false,
+  const auto [info, info_options] = add_graph_command<NodeCommandOptions>(
+      *group, action, "info", "Show the publishers, subscriptions and services of a node",
       node_info);
   info->add_option("node", info_options->node, "Name of the node")->required();
   info->add_flag("--include-hidden", info_options->hidden, "Hidden topics and services too");

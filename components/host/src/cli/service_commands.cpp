@@ -75,16 +75,16 @@ int service_info(Session& session, const InfoOptions& options) {
 void add_service_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("service", "Services on the network");
   group->require_subcommand(1);
-  const auto [command, options] = add_session_command<ServiceListOptions>(
-      *group, action, "list", "List the services", false, list_services);
+  const auto [command, options] = add_graph_command<ServiceListOptions>(
+      *group, action, "list", "List the services", list_services);
   command->add_flag("-t,--show-types", options->types, "Show the types too");
   command->add_flag("-c,--count-services", options->count, "Print only the count");
   command->add_flag("-a,--include-hidden-services", options->hidden, "Hidden services too");
   add_service_call(*group, action);
   add_name_commands(*group, action, "service",
                     [](Session& session) { return session.graph().services(); });
-  const auto [info, info_options] = add_session_command<InfoOptions>(
-      *group, action, "info", "Show type, clients and servers of a service", false, service_info);
+  const auto [info, info_options] = add_graph_command<InfoOptions>(
+      *group, action, "info", "Show type, clients and servers of a service", service_info);
   info->add_option("service", info_options->service, "Name of the service")->required();
 }
 

@@ -4,10 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iterator>
-#include <map>
-#include <rmw_dds_common/msg/participant_entities_info.hpp>
-#include <set>
+#include <iostream>
+
 #include "pipescout/dds/dds_transport.hpp"
 
 namespace pipescout::host {
@@ -16,74 +14,31 @@ namespace {
 /// From a signal to the end of the program.
 constexpr Duration kGrace = std::chrono::seconds(2);
 
+std::string sentence(const UnheardParticipant& participant) {
+  const std::string port = std::to_string(participant.port);
+  if (participant.has_no_udp) {
+    return "somebody takes messages of this domain from shared memory port " + port +
+           " alone, without UDP or in another network namespace";
+  }
+  std::string who = participant.process == 0 ? "a process of another user"
+                                             : "process " + std::to_string(participant.process) +
+                                                   " (" + participant.program + ")";
+  if (participant.port != 0) {
+    who += " at UDP port " + port;
+  }
+  return who + " has sockets of this domain and has not answered";
+}
+
+std::string sentence(const UntoldParticipant& untold) {
+  const auto& participant = untold.participant;
+  const std::string who = participant.name + " (" + to_string(participant.gid) + ")";
+  return untold.has_told_its_nodes
+             ? std::to_string(untold.undiscovered_endpoints) + " publishers and subscriptions of " +
+                   who + " have not been discovered"
+             : who + " has not said which nodes it has";
+}
+
 }  // namespace
-
-/// What other nodes have said that they consist of. DDS discovers participants, their node lists
-/// and each endpoint apart from each other, so only this tells when all of a node is known.
-class Session::Announcements {
- public:
-  /// `on_new` is called after each announcement; it must not call back.
-  Announcements(Context& context, std::function<void()> on_new)
-      : context_(context), on_new_(std::move(on_new)) {
-    SubscriptionOptions options;
-    options.topic = {"ros_discovery_info", &message_type<ParticipantEntitiesInfo>()};
-    options.qos = QoS::latched(100);
-    options.callback = [this](const std::shared_ptr<const void>& message, const MessageInfo&) {
-      keep(*static_cast<const ParticipantEntitiesInfo*>(message.get()));
-    };
-    subscription_ = context.create_subscription(std::move(options));
-  }
-
-  /// There are participants; all those of ROS 2 have listed their endpoints, and these are
-  /// discovered.
-  [[nodiscard]] bool complete() const {
-    const auto& transport = *context_.transport();
-    std::set<Gid> discovered;
-    for (const auto& endpoint : transport.remote_endpoints()) {
-      discovered.insert(endpoint.gid);
-    }
-    const auto participants = transport.remote_participants();
-    const std::lock_guard lock(mutex_);
-    return !participants.empty() &&
-           std::all_of(participants.begin(), participants.end(), [&](const auto& participant) {
-             if (participant.enclave.empty()) {
-               return true;  // not of ROS
-             }
-             const auto announced = endpoints_.find(participant.gid);
-             return announced != endpoints_.end() &&
-                    std::includes(discovered.begin(), discovered.end(), announced->second.begin(),
-                                  announced->second.end());
-           });
-  }
-
- private:
-  using ParticipantEntitiesInfo = rmw_dds_common::msg::ParticipantEntitiesInfo;
-
-  static Gid to_gid(const rmw_dds_common::msg::Gid& message) {
-    Gid gid;
-    std::copy_n(message.data.begin(), gid.bytes.size(), gid.bytes.begin());
-    return gid;
-  }
-
-  void keep(const ParticipantEntitiesInfo& info) {
-    std::set<Gid> endpoints;
-    for (const auto& node : info.node_entities_info_seq) {
-      for (const auto* gids : {&node.reader_gid_seq, &node.writer_gid_seq}) {
-        std::transform(gids->begin(), gids->end(), std::inserter(endpoints, endpoints.end()),
-                       to_gid);
-      }
-    }
-    const std::lock_guard lock(mutex_);
-    endpoints_[to_gid(info.gid)] = std::move(endpoints);
-    on_new_();
-  }
-
-  Context& context_;
-  const std::function<void()> on_new_;
-  mutable std::mutex mutex_;
-  std::map<Gid, std::set<Gid>> endpoints_;  ///< by participant
-  std::shared_ptr<UntypedSubscription> subscription_;
-};
 
 void DiscoveryOptions::add_to(CLI::App& command, bool with_services) {
   const CLI::Range seconds(0.0, 1e6);
@@ -103,13 +58,13 @@ Session::Session(DiscoveryOptions options)
     : options_(options),
       signals_(
           kGrace, [this](int signal) { interrupt(signal); }, [] {}),
-      end_of_discovery_(add_saturated(steady_now(), from_seconds(options.spin_time))) {
+      end_of_discovery_(add_saturated(begin_, from_seconds(options.spin_time))) {
   auto dds = DdsOptions::from_environment();
   dds.name = "pipescout command line";
   dds.super_client = true;
   dds.hears_unexported = true;
+  is_alone_ = dds.localhost_only && dds.static_peers.empty() && dds.discovery_servers.empty();
   context_ = Context::create(create_dds_transport(dds));
-  announcements_ = std::make_unique<Announcements>(*context_, [this] { note_change(); });
   NodeOptions node;
   node.context = context_;
   node.executor = &executor_;
@@ -120,6 +75,11 @@ Session::Session(DiscoveryOptions options)
 }
 
 Session::~Session() = default;
+
+void Session::begin(const DiscoveryOptions& options) {
+  options_ = options;
+  end_of_discovery_ = add_saturated(steady_now(), from_seconds(options.spin_time));
+}
 
 void Session::note_change() {
   const std::lock_guard lock(mutex_);
@@ -172,31 +132,64 @@ bool Session::wait_for(const std::function<bool()>& found) {
   throw CommandInterrupted(stop_signal_);
 }
 
-void Session::settle(Duration quiet) {
+bool Session::may_be_others() const {
+  const auto participants = context_->transport()->remote_participants();
+  return !is_alone_ || std::any_of(participants.begin(), participants.end(), [](const auto& each) {
+    return each.enclave.empty();  // not of ROS: does not say when it has told everything
+  });
+}
+
+Session::Missing Session::what_is_missing() {
+  // The census first: it forgets who has gone and so tells nothing any more.
+  const auto unheard = context_->transport()->take_census();
+  Missing missing;
+  for (const auto& each : graph().untold()) {
+    if (each.lacks()) {
+      missing.may_come = true;
+      missing.sentences.push_back(sentence(each));
+    } else {
+      missing.nodes_may_follow = true;
+    }
+  }
+  for (const auto& each : unheard) {
+    missing.may_come |= !each.has_no_udp;
+    missing.sentences.push_back(sentence(each));
+  }
+  return missing;
+}
+
+std::vector<std::string> Session::discover(Duration quiet) {
+  // The kernel does not tell when sockets come and go.
+  constexpr Duration kLookAgain = std::chrono::milliseconds(50);
+  const SteadyTime somebody_until = add_saturated(begin_, from_seconds(options_.spin_time));
   std::unique_lock lock(mutex_);
-  last_change_ = steady_now();
   while (stop_signal_ == 0) {
-    const SteadyTime now = steady_now();
-    if (now >= end_of_discovery_) {
-      return;
-    }
-    const auto quiet_at = last_change_ + quiet;
-    if (now < quiet_at) {
-      changed_.wait_until(lock, std::min(end_of_discovery_, quiet_at));
-      continue;
-    }
     const auto seen = last_change_;
     lock.unlock();
-    const bool complete = announcements_->complete();
+    Missing missing = what_is_missing();
+    const bool has_found = is_alone_ || !context_->transport()->remote_participants().empty() ||
+                           steady_now() >= somebody_until;
+    const Duration quiet_asked =
+        std::max(may_be_others() ? quiet : Duration{0},
+                 missing.nodes_may_follow ? kLongestCollecting : Duration{0});
     lock.lock();
-    if (complete && last_change_ == seen) {
-      return;
+    const SteadyTime now = steady_now();
+    const SteadyTime quiet_at = last_change_ + quiet_asked;
+    if (now >= end_of_discovery_ ||
+        (has_found && !missing.may_come && last_change_ == seen && now >= quiet_at)) {
+      return std::move(missing.sentences);
     }
-    // What is missing comes as a change of the graph.
-    changed_.wait_until(lock, end_of_discovery_,
+    const SteadyTime until = !missing.may_come && now < quiet_at ? quiet_at : now + kLookAgain;
+    changed_.wait_until(lock, std::min(end_of_discovery_, until),
                         [&] { return stop_signal_ != 0 || last_change_ != seen; });
   }
   throw CommandInterrupted(stop_signal_);
+}
+
+void Session::settle() {
+  for (const auto& sentence : discover()) {
+    std::cerr << "WARNING: this may be incomplete: " << sentence << '\n';
+  }
 }
 
 std::vector<NodeName> Session::nodes(bool hidden) {

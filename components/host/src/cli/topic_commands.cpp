@@ -134,15 +134,15 @@ void add_topic_commands(CLI::App& app, Action& action) {
   auto* group = app.add_subcommand("topic", "Topics on the network");
   group->require_subcommand(1);
 
-  const auto [list, list_options] = add_session_command<TopicOptions>(
-      *group, action, "list", "List the topics", false, list_topics);
+  const auto [list, list_options] =
+      add_graph_command<TopicOptions>(*group, action, "list", "List the topics", list_topics);
   list->add_flag("-t,--show-types", list_options->types, "Show the types too");
   list->add_flag("-c,--count-topics", list_options->count, "Print only the count");
   list->add_flag("-a,--include-hidden-topics", list_options->hidden, "Hidden topics too");
   list->add_flag("-v,--verbose", list_options->verbose, "Show types and numbers of endpoints");
 
-  const auto [info, info_options] = add_session_command<TopicOptions>(
-      *group, action, "info", "Show type and endpoints of a topic", false, topic_info);
+  const auto [info, info_options] = add_graph_command<TopicOptions>(
+      *group, action, "info", "Show type and endpoints of a topic", topic_info);
   info->add_option("topic", info_options->topic, "Name of the topic")->required();
   info->add_flag("-v,--verbose", info_options->verbose, "Show each endpoint, its node and its QoS");
 

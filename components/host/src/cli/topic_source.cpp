@@ -138,7 +138,7 @@ Source find_source(Session& session, const ListenOptions& options) {
     // All publishers, before a QoS is chosen that must match them: the type may be known from a
     // subscriber that was discovered first.
     session.wait_for([&] { return !endpoints_of(session.graph(), source.topic, true).empty(); });
-    session.settle(std::chrono::milliseconds(100));
+    (void)session.discover(std::chrono::milliseconds(100));
   }
   source.qos = choose_qos(session.graph(), source.topic, options.qos);
   return source;

@@ -10,6 +10,9 @@ namespace {
 constexpr Check kChecks[] = {
     {"components", check_components},
     {"parameters", check_parameters},
+    {"network", check_network},
+    {"localhost-only", check_localhost_only},
+    {"discovery", check_discovery},
     {"node-names", check_node_names},
     {"types", check_types},
     {"quality-of-service", check_quality_of_service},
@@ -21,7 +24,6 @@ constexpr Check kChecks[] = {
     {"datum", check_datum},
     {"camera-calibration", check_camera_calibration},
     {"shared-memory", check_shared_memory},
-    {"network", check_network},
     {"disk", check_disk},
 };
 

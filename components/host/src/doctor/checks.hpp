@@ -24,6 +24,8 @@ struct Check {
 };
 
 // graph_checks.cpp
+[[nodiscard]] std::vector<Finding> check_discovery(const Observation& seen);
+[[nodiscard]] std::vector<Finding> check_localhost_only(const Observation& seen);
 [[nodiscard]] std::vector<Finding> check_quality_of_service(const Observation& seen);
 [[nodiscard]] std::vector<Finding> check_types(const Observation& seen);
 [[nodiscard]] std::vector<Finding> check_inputs(const Observation& seen);

@@ -57,6 +57,14 @@ std::string joined(const std::set<std::string>& names) {
   return text;
 }
 
+std::string joined(const std::set<NodeName>& nodes) {
+  std::set<std::string> names;
+  for (const auto& node : nodes) {
+    names.insert(node.fully_qualified());
+  }
+  return joined(names);
+}
+
 /// Topics that any node may listen to without anyone being there to speak.
 bool may_be_silent(const std::string& topic) {
   return topic == "/clock" || topic == "/parameter_events" || topic == "/rosout";
@@ -68,6 +76,38 @@ std::string camera_info_of(const std::string& image_topic) {
 }
 
 }  // namespace
+
+std::vector<Finding> check_discovery(const Observation& seen) {
+  std::vector<Finding> findings;
+  for (const auto& sentence : seen.undiscovered) {
+    findings.push_back({Severity::kWarning, "Not everything has been discovered: " + sentence + ".",
+                        "See whether that process hangs, speaks another ROS_LOCALHOST_ONLY, or is "
+                        "kept apart by DDS Security or another discovery server; whether a topic "
+                        "has publishers and a camera its calibration was not looked at."});
+  }
+  return findings;
+}
+
+std::vector<Finding> check_localhost_only(const Observation& seen) {
+  const auto mixed = [](const std::string& alone, const std::string& beyond) {
+    return Finding{Severity::kError,
+                   "ROS_LOCALHOST_ONLY is not the same for all: " + alone + " with it, " + beyond +
+                       " without: they may not find each other, and what "
+                       "is sent may arrive one way alone.",
+                   "Set it to 1 for all of them, or for none."};
+  };
+  if (!seen.nodes_on_loopback_alone.empty() && !seen.nodes_beyond_loopback.empty()) {
+    return {mixed(joined(seen.nodes_on_loopback_alone), joined(seen.nodes_beyond_loopback))};
+  }
+  if (seen.machine && seen.machine->localhost_only && !seen.nodes_beyond_loopback.empty()) {
+    return {mixed("this command", joined(seen.nodes_beyond_loopback))};
+  }
+  if (seen.machine && !seen.machine->localhost_only && seen.machine->has_network() &&
+      !seen.nodes_on_loopback_alone.empty()) {
+    return {mixed(joined(seen.nodes_on_loopback_alone), "this command")};
+  }
+  return {};
+}
 
 std::vector<Finding> check_quality_of_service(const Observation& seen) {
   std::vector<Finding> findings;
@@ -111,6 +151,9 @@ std::vector<Finding> check_types(const Observation& seen) {
 
 std::vector<Finding> check_inputs(const Observation& seen) {
   std::vector<Finding> findings;
+  if (!seen.undiscovered.empty()) {
+    return findings;  // the publisher may be among what is missing
+  }
   for (const auto& [name, topic] : topics_of(seen)) {
     std::set<std::string> listeners;
     for (const auto* subscription : topic.subscriptions) {
@@ -180,7 +223,8 @@ std::vector<Finding> check_camera_calibration(const Observation& seen) {
   for (const auto& [name, topic] : topics) {
     const bool image =
         !topic.publishers.empty() && type_of(*topic.publishers.front()) == "sensor_msgs/msg/Image";
-    if (image && !topic.subscriptions.empty() && !is_published(camera_info_of(name))) {
+    if (image && seen.undiscovered.empty() && !topic.subscriptions.empty() &&
+        !is_published(camera_info_of(name))) {
       findings.push_back({Severity::kWarning,
                           "The images on " + name +
                               " come without a calibration: nobody publishes " +

@@ -35,15 +35,29 @@ std::vector<Finding> check_shared_memory(const Observation& seen) {
 
 std::vector<Finding> check_network(const Observation& seen) {
   std::vector<Finding> findings;
-  if (!seen.machine || seen.machine->localhost_only) {
+  if (!seen.unreachable_network.empty()) {
+    findings.push_back({Severity::kError,
+                        "There is no joining the network: " + seen.unreachable_network + ".",
+                        "Mend what is named here or below; the running system was not looked at."});
+  }
+  if (!seen.machine) {
     return findings;
   }
-  bool connected = false;
-  for (const auto& interface : seen.machine->interfaces) {
+  const auto& interfaces = seen.machine->interfaces;
+  if (std::none_of(interfaces.begin(), interfaces.end(),
+                   [](const Interface& each) { return each.loopback; })) {
+    findings.push_back({Severity::kError,
+                        "The loopback interface is missing or down: processes of this machine do "
+                        "not find each other.",
+                        "Bring it up: ip link set lo up."});
+  }
+  if (seen.machine->localhost_only) {
+    return findings;
+  }
+  for (const auto& interface : interfaces) {
     if (interface.loopback) {
       continue;
     }
-    connected = true;
     if (interface.mtu < kEthernetMtu) {
       findings.push_back({Severity::kWarning,
                           "The MTU of " + interface.name + " is " + std::to_string(interface.mtu) +
@@ -59,7 +73,7 @@ std::vector<Finding> check_network(const Observation& seen) {
                               " multicast on), or use a discovery server."});
     }
   }
-  if (!connected) {
+  if (!seen.machine->has_network()) {
     findings.push_back({Severity::kWarning, "No network interface but the loopback is up.",
                         "Connect the network, or set ROS_LOCALHOST_ONLY=1 if that is meant."});
   }

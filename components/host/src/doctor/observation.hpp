@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,12 @@ struct Machine {
   bool localhost_only = false;  ///< ROS_LOCALHOST_ONLY
   std::string recording_folder;
   std::uintmax_t recording_free = 0;  ///< bytes
+
+  /// Whether an interface to other machines is up.
+  [[nodiscard]] bool has_network() const {
+    return std::any_of(interfaces.begin(), interfaces.end(),
+                       [](const Interface& each) { return !each.loopback; });
+  }
 };
 
 /// A component of the composition that is looked at, made and configured on trial.
@@ -64,6 +72,13 @@ struct Trial {
 };
 
 struct Observation {
+  std::string unreachable_network;  ///< why there was no joining it; empty: it was joined
+  /// What is known to be missing of nodes and endpoints, a sentence each.
+  std::vector<std::string> undiscovered;
+  /// Nodes by what their processes speak to: this machine alone (ROS_LOCALHOST_ONLY), or others
+  /// too.
+  std::set<NodeName> nodes_on_loopback_alone;
+  std::set<NodeName> nodes_beyond_loopback;
   std::vector<NodeName> nodes;
   std::vector<GraphEndpoint> endpoints;
   /// How much later than stamped a message came, s; the median of a topic.

@@ -68,6 +68,7 @@ class IsolatedRun {
     dds.name = "pipescout " + entry_->name.name;
     dds.enclave = options_.enclave.value_or(dds.enclave);
     dds.exported_topics = exported_topics(composition);
+    dds.super_client |= ComponentRegistry().sees_whole_graph(entry_->type);
     context_ = Context::create(create_dds_transport(dds));
     executors_.emplace(Executors::Callbacks{
         .on_failure = [this] { loop_.post([] {}); },

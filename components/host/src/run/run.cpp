@@ -192,6 +192,9 @@ class Run {
     dds.name = "pipescout " + mission_.composition.name;
     dds.enclave = options_.enclave.value_or(dds.enclave);
     dds.exported_topics = exported_topics(mission_.composition);
+    for (const auto& entry : mission_.composition.components) {
+      dds.super_client |= !entry.isolate && registry_.sees_whole_graph(entry.type);
+    }
     dds.security.on_revocations_changed = [this] {
       start_again_ = true;
       kill(getpid(), SIGTERM);

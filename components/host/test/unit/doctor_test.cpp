@@ -73,6 +73,47 @@ TEST(DoctorTypes, NamesATopicOfTwoTypes) {
                         "std_msgs/msg/String")));
 }
 
+TEST(DoctorInputs, FindsNothingMissingWhereTheGraphIsNotKnownWhole) {
+  auto seen = graph({endpoint("/estimator", false, "/imu/data")});
+  EXPECT_THAT(check_inputs(seen), ElementsAre(warning("Nobody publishes /imu/data")));
+  seen.undiscovered = {"process 7 (driver) has not answered"};
+  EXPECT_THAT(check_inputs(seen), IsEmpty());
+  EXPECT_THAT(check_discovery(seen), ElementsAre(warning("process 7 (driver) has not answered")));
+}
+
+TEST(DoctorLocalhostOnly, NamesWhoHasItAndWhoHasNot) {
+  Observation seen;
+  seen.nodes_on_loopback_alone = {NodeName::parse("/talker")};
+  EXPECT_THAT(check_localhost_only(seen), IsEmpty());
+  seen.nodes_beyond_loopback = {NodeName::parse("/listener")};
+  EXPECT_THAT(check_localhost_only(seen), ElementsAre(error("/talker with it, /listener without")));
+}
+
+TEST(DoctorLocalhostOnly, ComparesTheCommandItselfToo) {
+  Observation seen;
+  seen.machine.emplace();
+  seen.machine->interfaces = {{"lo", 65536, true, false}, {"eth0", 1500, false, true}};
+  seen.nodes_on_loopback_alone = {NodeName::parse("/talker")};
+  EXPECT_THAT(check_localhost_only(seen), ElementsAre(error("/talker with it, this command")));
+  seen.machine->localhost_only = true;
+  EXPECT_THAT(check_localhost_only(seen), IsEmpty());
+  // Without another interface everybody is on the loopback.
+  seen.machine->localhost_only = false;
+  seen.machine->interfaces.pop_back();
+  EXPECT_THAT(check_localhost_only(seen), IsEmpty());
+}
+
+TEST(DoctorNetwork, NamesAMissingLoopback) {
+  Observation seen;
+  seen.machine.emplace();
+  seen.machine->localhost_only = true;
+  seen.machine->interfaces = {{"eth0", 1500, false, true}};
+  EXPECT_THAT(check_network(seen), ElementsAre(error("loopback interface is missing or down")));
+  seen.unreachable_network = "DDS domain 3: cannot create a participant";
+  EXPECT_THAT(check_network(seen), ElementsAre(error("cannot create a participant"),
+                                               error("loopback interface is missing or down")));
+}
+
 TEST(DoctorInputs, NamesWhatNobodyPublishes) {
   EXPECT_THAT(
       check_inputs(graph(

@@ -35,6 +35,7 @@ class Run {
     auto dds = DdsOptions::from_environment();
     dds.name = live_.node_name;
     dds.hears_unexported = true;
+    dds.super_client |= registry_.sees_whole_graph(live_.class_name);
     const auto context = Context::create(create_dds_transport(dds));
     const auto component =
         registry_.create(live_.class_name, {.context = context,

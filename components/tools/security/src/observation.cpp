@@ -83,6 +83,7 @@ keystore::Policy observe(const ObservationRequest& request) {
 
   auto dds = DdsOptions::from_environment();
   dds.name = "pipescout security";
+  dds.super_client = true;
   const auto transport = create_dds_transport(dds);
   const auto look = [&] {
     const std::lock_guard lock(mutex);

@@ -18,6 +18,9 @@ struct ComponentType {
   std::string class_name;  ///< fully qualified: "pipescout::OdometryFusion"
   std::string package;
   std::filesystem::path library;
+  /// It looks at endpoints that are not its own, as a recorder of all topics does: behind a
+  /// discovery server its process asks to be told everything.
+  bool sees_whole_graph = false;
 
   bool operator==(const ComponentType&) const = default;
 };
@@ -64,6 +67,9 @@ class ComponentRegistry {
   /// `package` empty: any package that provides the class. Throws UnknownComponent.
   [[nodiscard]] const ComponentType& find(std::string_view class_name,
                                           std::string_view package = {}) const;
+  /// Whether a process that runs the class needs to be told of everything; false for a class that
+  /// is not known, which `create` says.
+  [[nodiscard]] bool sees_whole_graph(std::string_view class_name) const noexcept;
   /// Creates a component. Throws UnknownComponent, ComponentLoadError, and what the component's
   /// constructor throws.
   [[nodiscard]] ComponentPtr<> create(std::string_view class_name, ComponentOptions options,

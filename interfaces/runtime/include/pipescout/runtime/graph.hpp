@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -26,6 +27,25 @@ struct GraphEndpoint {
   QoS qos;                       ///< depth 0: unknown
   std::optional<NodeName> node;  ///< none: not announced (a plain DDS program)
   bool in_this_process = false;
+};
+
+/// A process collects what is new of its nodes for at most so long before it announces it.
+inline constexpr Duration kLongestCollecting = std::chrono::milliseconds(640);
+
+/// A participant of ROS 2 that is discovered and has not told all yet.
+struct UntoldParticipant {
+  DiscoveredParticipant participant;
+  bool has_told_its_nodes = false;
+  /// Endpoints that it has told of and that are not discovered.
+  std::size_t undiscovered_endpoints = 0;
+  /// Endpoints of ROS topics and services that are discovered and that it has told no node of. They
+  /// may stay so: not every endpoint belongs to a node.
+  std::size_t unowned_endpoints = 0;
+
+  /// Whether something is missing for certain.
+  [[nodiscard]] bool lacks() const noexcept {
+    return !has_told_its_nodes || undiscovered_endpoints > 0;
+  }
 };
 
 /// Names with their types: more than one type is an error of one of the nodes.
@@ -66,6 +86,11 @@ class Graph {
   [[nodiscard]] virtual std::shared_ptr<void> on_changed(std::function<void()> changed) = 0;
   /// Blocks until `done` returns true, checking after each change; false after the time-out.
   virtual bool wait_until(const std::function<bool()>& done, Duration timeout) = 0;
+
+  /// Those of which `nodes` or `endpoints` lack something: participants, their nodes and each
+  /// endpoint are discovered apart from each other. Participants that are not of ROS 2 do not say
+  /// when they have told everything, and are never among these.
+  [[nodiscard]] virtual std::vector<UntoldParticipant> untold() const = 0;
 };
 
 }  // namespace pipescout

@@ -138,6 +138,20 @@ struct DiscoveredParticipant {
   Gid gid;
   std::string name;
   std::string enclave;  ///< from the user data "enclave=...;", as ROS 2 sends it; empty for non-ROS
+  /// It can be reached by processes of its machine alone, as with `ROS_LOCALHOST_ONLY`.
+  bool is_on_loopback_alone = false;
+};
+
+/// A participant of this machine that holds sockets of the domain but has not been discovered: it
+/// has just come, does not answer, or cannot be heard.
+struct UnheardParticipant {
+  int process = 0;         ///< its id; 0: that of another user, who alone may see it
+  std::string program;     ///< of the process; empty when it is not known
+  std::uint16_t port = 0;  ///< for discovery; 0: one that the standard does not name
+  /// It takes messages from shared memory alone, or is in another network namespace: it cannot be
+  /// discovered, while others may still answer.
+  bool has_no_udp = false;
+  bool operator==(const UnheardParticipant&) const = default;
 };
 
 /// Called on a thread of the transport when the remote graph has changed. It may call
@@ -183,6 +197,11 @@ class Transport {
   /// Limitations of the transport, one sentence each, in the order of detection: "no room in
   /// /dev/shm ...". Reported on /diagnostics; they are already in the log.
   [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
+
+  /// Who is on this machine and missing from `remote_participants`; removes from it those of this
+  /// machine that were killed, which are otherwise kept until their lease ends. Asks the kernel for
+  /// the sockets of all processes: some milliseconds. A transport that cannot know returns none.
+  virtual std::vector<UnheardParticipant> take_census() { return {}; }
 };
 
 /// A participant, topic or endpoint could not be created.
