@@ -24,7 +24,7 @@ import time
 
 import yaml
 
-from documented_commands import commands_of, lines_of, placeholders
+from documented_commands import Line, commands_of, lines_of, placeholders
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -143,9 +143,10 @@ class Newcomer:
     def run_page(self, page):
         before, running = [], []
         for text in self.table.beside.get(page, []):
-            running.append(Command(text["run"], [], self.scratch, self.environment))
-            if not running[-1].wait_for(text["until"], PATIENCE):
-                sys.exit(f"run.py: {text['run']} does not start:\n{running[-1].out}")
+            command = Command(text["run"], [], self.scratch, self.environment)
+            running.append((Line(page, 0, text["run"]), command))
+            if not command.wait_for(text["until"], PATIENCE):
+                sys.exit(f"run.py: {text['run']} does not start:\n{command.out}")
         for line in lines_of(ROOT, page):
             reason = self.table.reason_not_to_run(line.text)
             if reason:
@@ -153,10 +154,10 @@ class Newcomer:
                 continue
             for command in self.table.commands(line):
                 self._run(line, command, before, running)
-        for command in reversed(running):
+        for line, command in reversed(running):
             code = command.stop()
             if code not in STOPPED:
-                print(f"     (at the end of {page}: {command.text}: exit code {code})\n{_tail(command.out)}")
+                self._note(line, command.text, "failed", f"exit code {code} after Ctrl-C", out=command.out)
 
     def _run(self, line, text, before, running):
         if re.match(r"(export|source) ", text):
@@ -168,7 +169,7 @@ class Newcomer:
         if stays:
             good = command.wait_for(stays, PATIENCE)
             problem = "" if good else f"no {stays!r}"
-            running.append(command)
+            running.append((line, command))
         elif endless:
             good = command.wait_for(endless, PATIENCE)
             code = command.stop()
