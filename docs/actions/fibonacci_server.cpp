@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fibonacci_server.hpp"
 
+#include <string>
 #include <utility>
 
+#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/runtime/register_component.hpp"
 
 namespace tutorial {
@@ -30,8 +32,10 @@ CallbackReturn FibonacciServer::on_configure() {
       "fibonacci",
       {.decide =
            [](const pipescout::GoalId&, const std::shared_ptr<const Fibonacci::Goal>& goal) {
-             return goal->order >= 1 && goal->order <= kMaxOrder ? GoalDecision::kAccept
-                                                                 : GoalDecision::kReject;
+             if (goal->order < 1 || goal->order > kMaxOrder) {
+               throw pipescout::GoalRejected("order is not in 1 to " + std::to_string(kMaxOrder));
+             }
+             return GoalDecision::kAccept;
            },
        .accepted = [this](Goal goal) { begin(std::move(goal)); },
        .canceling = [this](const Goal& goal) { goal.canceled(result()); },

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/goal_rejected.hpp"
 
 namespace pipescout {
 
@@ -16,6 +17,8 @@ namespace {
 /// Who waits for the result of one goal: more are a client that asks again and again, of which the
 /// earliest requests go.
 constexpr std::size_t kMaxWaiting = 100;
+
+constexpr const char* kNotActive = "the server is not active";
 
 void require_at_least(const std::string& action, const char* field, std::size_t value) {
   if (value < 1) {
@@ -156,7 +159,7 @@ bool ActionServerCore::is_accepting() const {
 
 std::optional<std::string> ActionServerCore::why_refused(const GoalId& id) const {
   if (!is_accepting_) {
-    return "the server is not active";
+    return kNotActive;
   }
   if (id.is_zero()) {
     return "its identifier is zero, by which nobody could cancel it";
@@ -181,21 +184,32 @@ void ActionServerCore::goal_requested(const std::shared_ptr<const void>& request
     }
     forget_expired();
     refusal = why_refused(id);
-    if (refusal) {
-      ++statistics_.rejected;
-      endpoints_.send_goal->respond(caller, messages_.goal_response(false, {}));
-    } else {
+    if (!refusal) {
       deciding_.insert(id);
     }
   }
   if (refusal) {
-    logger_.warn("action '" + name_ + "': goal " + to_string(id) + " rejected: " + *refusal);
+    tell_of_rejected(id, *refusal);
+    const std::lock_guard lock(mutex_);
+    if (!is_closed_) {
+      reject(caller);
+    }
     return;
   }
   std::exception_ptr error;
   GoalDecision decision = handlers_.decide ? GoalDecision::kReject : GoalDecision::kAccept;
   if (handlers_.decide) {
-    contained(error, [&] { decision = handlers_.decide(id, request); });
+    std::string why = "the server gives no reason";
+    contained(error, [&] {
+      try {
+        decision = handlers_.decide(id, request);
+      } catch (const GoalRejected& rejected) {
+        why = rejected.what();
+      }
+    });
+    if (decision == GoalDecision::kReject) {
+      tell_of_rejected(id, error ? "the server failed to look at it" : why);
+    }
   }
   if (decision != GoalDecision::kReject && options_.preempts) {
     contained(error, [this] { preempt_others(); });
@@ -209,6 +223,9 @@ void ActionServerCore::goal_requested(const std::shared_ptr<const void>& request
     }
     goal = accept(id, request, decision, caller);
   }
+  if (!goal && decision != GoalDecision::kReject) {
+    tell_of_rejected(id, kNotActive);
+  }
   if (goal) {
     contained(error, [&] { handlers_.accepted(std::exchange(goal, nullptr)); });
   }
@@ -217,13 +234,21 @@ void ActionServerCore::goal_requested(const std::shared_ptr<const void>& request
   }
 }
 
+void ActionServerCore::tell_of_rejected(const GoalId& id, const std::string& why) const {
+  logger_.warn("action '" + name_ + "': goal " + to_string(id) + " rejected: " + why);
+}
+
+void ActionServerCore::reject(const SampleIdentity& caller) {
+  ++statistics_.rejected;
+  endpoints_.send_goal->respond(caller, messages_.goal_response(false, {}));
+}
+
 ActionServerCore::GoalHandle ActionServerCore::accept(const GoalId& id,
                                                       const std::shared_ptr<const void>& request,
                                                       GoalDecision decision,
                                                       const SampleIdentity& caller) {
   if (decision == GoalDecision::kReject || !is_accepting_) {
-    ++statistics_.rejected;
-    endpoints_.send_goal->respond(caller, messages_.goal_response(false, {}));
+    reject(caller);
     return nullptr;
   }
   if (options_.preempts) {

@@ -87,11 +87,13 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore> {
   void handle_gone(Order order, const GoalId& id) noexcept;
 
   void tell_of_aborted(std::size_t count) const;
+  void tell_of_rejected(const GoalId& id, const std::string& why) const;
   void preempt_others();
   CancelChoice choose(const CancelGoal::Request& request) const;
 
   // All that follow under mutex_.
   [[nodiscard]] std::optional<std::string> why_refused(const GoalId& id) const;
+  void reject(const SampleIdentity& caller);
   GoalHandle accept(const GoalId& id, const std::shared_ptr<const void>& request,
                     GoalDecision decision, const SampleIdentity& caller);
   std::size_t abort_all();

@@ -51,13 +51,8 @@ class ProcessContext final : public Context {
     if (broker_->transport() == nullptr) {
       return nullptr;
     }
-    const std::lock_guard lock(mutex_);
-    auto& known = step_reporters_[clock_topic];
-    auto reporter = known.lock();
-    if (!reporter) {
-      reporter = std::make_shared<StepReporter>(broker_, activity_, clock_topic);
-      known = reporter;
-    }
+    auto reporter = step_reporter(clock_topic);
+    graph_->add_shared_endpoint(NodeName::parse(node), reporter->publisher());
     return std::make_shared<StepParticipation>(std::move(reporter), node);
   }
   std::shared_ptr<CallbackGroup> create_watch_group() override {
@@ -79,8 +74,19 @@ class ProcessContext final : public Context {
   Transport* transport() override { return broker_->transport(); }
 
  private:
+  std::shared_ptr<StepReporter> step_reporter(const std::string& clock_topic) {
+    const std::lock_guard lock(mutex_);
+    auto& known = step_reporters_[clock_topic];
+    auto reporter = known.lock();
+    if (!reporter) {
+      reporter = std::make_shared<StepReporter>(broker_, activity_, clock_topic);
+      known = reporter;
+    }
+    return reporter;
+  }
+
   const std::shared_ptr<Broker> broker_;
-  const std::unique_ptr<Graph> graph_;
+  const std::unique_ptr<OwnGraph> graph_;
   const std::shared_ptr<SystemClock> system_clock_;
   const std::shared_ptr<Activity> activity_ = std::make_shared<Activity>();
   std::mutex mutex_;

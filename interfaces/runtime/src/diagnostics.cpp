@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/runtime/diagnostics.hpp"
 
-#include <algorithm>
 #include <utility>
+
+#include "pipescout/runtime/severity.hpp"
 
 namespace pipescout {
 
 DiagnosticLevel Diagnostics::current_level() const {
-  return counted_ ? std::max(status_.level, DiagnosticLevel::kWarn) : status_.level;
+  return counted_ ? worse(status_.level, DiagnosticLevel::kWarn) : status_.level;
 }
 
 std::function<void()> Diagnostics::notification() {

@@ -14,6 +14,7 @@
 #include "input_watch.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/standard_topics.hpp"
+#include "pipescout/runtime/severity.hpp"
 
 namespace pipescout {
 
@@ -243,7 +244,7 @@ class DiagnosticsPublisher::Impl {
     } else {
       snapshot.message += "; " + message;
     }
-    snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
+    snapshot.level = worse(snapshot.level, DiagnosticLevel::kWarn);
   }
 
   /// The transforms that were refused; a warning while one is.
@@ -263,7 +264,7 @@ class DiagnosticsPublisher::Impl {
         growth > 0) {
       snapshot.message += (snapshot.message.empty() ? "tf.refused +" : "; tf.refused +") +
                           std::to_string(growth) + ": " + statistics.last_refused;
-      snapshot.level = std::max(snapshot.level, DiagnosticLevel::kWarn);
+      snapshot.level = worse(snapshot.level, DiagnosticLevel::kWarn);
     }
   }
 
@@ -282,7 +283,7 @@ class DiagnosticsPublisher::Impl {
       } else {
         snapshot.message += "; " + message;
       }
-      snapshot.level = std::max(snapshot.level, report.level);
+      snapshot.level = worse(snapshot.level, report.level);
     }
   }
 

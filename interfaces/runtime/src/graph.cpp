@@ -199,6 +199,12 @@ class Knowledge {
     bell_.ring();
   }
 
+  [[nodiscard]] bool is_assigned(const void* address, const NodeName& node) const {
+    const std::lock_guard lock(mutex_);
+    const auto [first, last] = local_endpoints_.equal_range(address);
+    return std::any_of(first, last, [&](const auto& entry) { return entry.second.node == node; });
+  }
+
   void endpoint_destroyed(const void* address) {
     {
       const std::lock_guard lock(mutex_);
@@ -422,7 +428,7 @@ class Knowledge {
   std::uint64_t prunings_ = 0;
 };
 
-class ProcessGraph final : public Graph {
+class ProcessGraph final : public OwnGraph {
  public:
   explicit ProcessGraph(const std::shared_ptr<Broker>& broker)
       : transport_(broker->transport()), knowledge_(std::make_shared<Knowledge>(transport_)) {
@@ -483,6 +489,13 @@ class ProcessGraph final : public Graph {
     knowledge_->add_endpoint(subscription.get(), node, false, subscription->gid(),
                              subscription->topic(), subscription->qos(), true);
   }
+  void add_shared_endpoint(const NodeName& node,
+                           const std::shared_ptr<UntypedPublisher>& publisher) override {
+    if (!knowledge_->is_assigned(publisher.get(), node)) {
+      knowledge_->add_endpoint(publisher.get(), node, true, publisher->gid(), publisher->topic(),
+                               publisher->qos(), true);
+    }
+  }
 
   std::vector<NodeName> nodes() const override { return knowledge_->nodes(); }
   std::vector<GraphEndpoint> endpoints() const override { return knowledge_->endpoints(); }
@@ -528,7 +541,7 @@ class ProcessGraph final : public Graph {
 
 }  // namespace
 
-std::unique_ptr<Graph> create_graph(const std::shared_ptr<Broker>& broker) {
+std::unique_ptr<OwnGraph> create_graph(const std::shared_ptr<Broker>& broker) {
   return std::make_unique<ProcessGraph>(broker);
 }
 

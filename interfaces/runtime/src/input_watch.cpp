@@ -9,6 +9,7 @@
 
 #include "endpoint_name.hpp"
 #include "pipescout/runtime/names.hpp"
+#include "pipescout/runtime/severity.hpp"
 #include "text_for_people.hpp"
 
 namespace pipescout {
@@ -43,7 +44,7 @@ void check_limits(const char* name, const std::vector<double>& limits, std::size
 }
 
 void warn(InputReport& report, DiagnosticLevel level, std::string message) {
-  report.level = std::max(report.level, level);
+  report.level = worse(report.level, level);
   report.message += (report.message.empty() ? "" : ", ") + std::move(message);
 }
 
@@ -126,9 +127,17 @@ std::vector<InputReport> InputWatch::look() {
 InputReport InputWatch::judge(const UntypedSubscription& subscription, History& history,
                               const InputExpectation& expected, Time now) {
   const SubscriptionStatistics statistics = subscription.statistics();
+  InputReport report;
+  if (statistics.received == 0) {
+    // Its source has not begun, which is no fault; nor may the clock have.
+    history = {};
+    report.level = DiagnosticLevel::kStale;
+    report.message = "waits for the first message";
+    return report;
+  }
   auto& counts = history.counts;
   if (counts.empty() || now < counts.back().time) {
-    // Just activated, or the clock was set back.
+    // Just activated, its first message, or the clock was set back.
     counts.assign(1, {now, statistics.received});
     history.changed = now;
   }
@@ -143,12 +152,8 @@ InputReport InputWatch::judge(const UntypedSubscription& subscription, History& 
     counts.pop_front();
   }
 
-  InputReport report;
   const double age = to_seconds(now - statistics.last_stamp.value_or(history.changed));
-  const bool anything = statistics.received > 0;
-  if (anything) {
-    report.values["age_s"] = text_for_people(age);
-  }
+  report.values["age_s"] = text_for_people(age);
   const double span = to_seconds(now - counts.front().time);
   // Not yet a window long: what is missing may still come.
   const bool judged = counts.front().time <= start;
@@ -166,14 +171,10 @@ InputReport InputWatch::judge(const UntypedSubscription& subscription, History& 
                text_for_people(expected.minimum_rate));
     }
   }
-  if (expected.maximum_age > 0.0) {
-    if (!anything && judged) {
-      warn(report, DiagnosticLevel::kError, "nothing came yet");
-    } else if (anything && age > expected.maximum_age) {
-      warn(report, DiagnosticLevel::kWarn,
-           "is " + text_for_people(age) + " s old, expected at most " +
-               text_for_people(expected.maximum_age));
-    }
+  if (expected.maximum_age > 0.0 && age > expected.maximum_age) {
+    warn(report, DiagnosticLevel::kWarn,
+         "is " + text_for_people(age) + " s old, expected at most " +
+             text_for_people(expected.maximum_age));
   }
   return report;
 }

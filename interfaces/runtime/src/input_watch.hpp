@@ -22,7 +22,8 @@ struct InputReport {
 
 /// Watches rate and age of the inputs of a component, as it declares them (`expected` of
 /// NodeSubscriptionOptions) or the parameters `inputs.*` do. Judges while the component is active,
-/// over the last second of its clock, or as long as five messages take at the declared rate.
+/// over the last second of its clock, or as long as five messages take at the declared rate. An
+/// input of which nothing has come yet is STALE, which is no fault: its source has not begun.
 ///
 /// In the component's default group.
 class InputWatch {

@@ -107,6 +107,11 @@ class StepReporter::Impl : public std::enable_shared_from_this<StepReporter::Imp
     closed.swap(publisher_);
   }
 
+  std::shared_ptr<UntypedPublisher> publisher() {
+    const std::lock_guard lock(mutex_);
+    return publisher_;
+  }
+
   void change_nodes(const std::function<void(std::multiset<std::string>&)>& change) {
     const std::lock_guard lock(mutex_);
     change(nodes_);
@@ -174,6 +179,10 @@ StepReporter::StepReporter(const std::shared_ptr<Broker>& broker,
 
 StepReporter::~StepReporter() {
   impl_->close();
+}
+
+std::shared_ptr<UntypedPublisher> StepReporter::publisher() const {
+  return impl_->publisher();
 }
 
 void StepReporter::add_node(const std::string& name) {

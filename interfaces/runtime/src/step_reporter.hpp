@@ -69,6 +69,8 @@ class StepReporter {
 
   void add_node(const std::string& name);
   void remove_node(const std::string& name);
+  /// Of the reports, for the graph.
+  [[nodiscard]] std::shared_ptr<UntypedPublisher> publisher() const;
 
  private:
   class Impl;

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <example_interfaces/action/fibonacci.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/runtime/node.hpp"
 
 /// What the tests of actions serve and ask for.
@@ -60,6 +62,9 @@ struct FibonacciServer {
             {.decide =
                  [this](const GoalId&, const std::shared_ptr<const Fibonacci::Goal>& goal) {
                    note("decide", goal->order);
+                   if (rejection) {
+                     throw GoalRejected(*rejection);
+                   }
                    return decision;
                  },
              .accepted =
@@ -87,6 +92,7 @@ struct FibonacciServer {
   }
 
   GoalDecision decision = GoalDecision::kAccept;
+  std::optional<std::string> rejection;  // the reason of it
   CancelDecision cancel_decision = CancelDecision::kAccept;
   std::vector<std::string> events;
   std::vector<ServerGoal<Fibonacci>> goals;

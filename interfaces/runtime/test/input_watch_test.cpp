@@ -103,8 +103,34 @@ TEST_F(InputWatchTest, WarnsOfStampsThatAreTooOld) {
   EXPECT_EQ(status.message, "input /imu/data is 0.5 s old, expected at most 0.2");
 }
 
+TEST_F(InputWatchTest, AnInputThatHasNotBegunIsStaleHoweverLateTheClockBegins) {
+  harness_.set_time(Time{});
+  auto& component = make({{"inputs.topics", std::vector<std::string>{"imu/data", "text"}},
+                          {"inputs.minimum_rates", std::vector<double>{20.0, 0.0}}});
+  for (int i = 0; i < 3; ++i) {
+    now_ += seconds(100);
+    harness_.set_time(now_);
+    EXPECT_EQ(last(component).level, DiagnosticStatus::STALE);
+    EXPECT_EQ(last(component).message, "input /imu/data waits for the first message");
+  }
+  drive(60, milliseconds(50));
+  EXPECT_EQ(last(component).level, DiagnosticStatus::OK) << last(component).message;
+}
+
+TEST_F(InputWatchTest, AWarningComesBeforeAnInputThatHasNotBegun) {
+  auto& component = make();
+  wait(seconds(1));
+  EXPECT_EQ(last(component).level, DiagnosticStatus::STALE);
+  component.diagnostics().count("faults");
+  wait(seconds(1));
+  EXPECT_EQ(last(component).level, DiagnosticStatus::WARN);
+  EXPECT_EQ(last(component).message, "faults +1; input /imu/data waits for the first message");
+}
+
 TEST_F(InputWatchTest, SilenceIsAnErrorUntilItEnds) {
   auto& component = make();
+  drive(60, milliseconds(50));
+  wait(seconds(1));
   wait(seconds(1));
   EXPECT_EQ(last(component).level, DiagnosticStatus::ERROR);
   EXPECT_EQ(last(component).message, "input /imu/data nothing came in 1 s");

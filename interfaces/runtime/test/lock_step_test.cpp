@@ -268,6 +268,27 @@ TEST_F(LockStepAcrossProcesses, WaitsForTheNodesThatFollowItsClock) {
   EXPECT_THAT(simulation.left_out, IsEmpty());
 }
 
+TEST_F(LockStepAcrossProcesses, ReportsBelongToTheNodesThatFollowTheClock) {
+  Simulation simulation(here_, here_executor_, 200);
+  auto first = std::make_optional<Relay>(there_, there_executor_, "first", "numbers", "a");
+  Relay second(there_, there_executor_, "second", "a", "b");
+  const auto owners = [&](const Graph& graph) {
+    std::vector<std::string> names;
+    for (const GraphEndpoint& endpoint : graph.endpoints()) {
+      if (endpoint.wire_topic == "rt/clock/_steps" && endpoint.is_publisher) {
+        names.push_back(endpoint.node ? endpoint.node->name : "nobody");
+      }
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const std::vector<std::string> both{"first", "second"};
+  EXPECT_TRUE(run_until([&] { return owners(here_->graph()) == both; }));
+  EXPECT_EQ(owners(there_->graph()), both);
+  first.reset();
+  EXPECT_TRUE(run_until([&] { return owners(here_->graph()) == std::vector<std::string>{"second"}; }));
+}
+
 TEST_F(LockStepAcrossProcesses, DoesNotWaitForWhoDoesNotFollowItsClock) {
   Simulation simulation(here_, here_executor_, 200);
   Relay recorder(there_, there_executor_, "recorder", "numbers", "a", false);

@@ -76,19 +76,13 @@ CallbackReturn ThermalTracker::on_configure() {
   width_ = 0;
   pictures_ = 0;
   locked_ = 0;
-  image_heard_ = true;
 
   track_publisher_ =
       create_publisher(topics::kPipeTrack, {.events = {.matched = awaited_.on_matched()}});
   particles_publisher_ = create_publisher(topics::kPipeTrackParticles);
   odometry_subscription_ = create_subscription(
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
-  silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
-    if (image_subscription_ && !std::exchange(image_heard_, false)) {
-      report_fault("image.silent",
-                   "no image for " + validation::number_text(settings_->silent_after) + " s");
-    }
-  });
+  image_silence_.start("image", settings_->silent_after);
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
   awaited_.watch({track_publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
@@ -103,7 +97,7 @@ void ThermalTracker::subscribe() {
 
 CallbackReturn ThermalTracker::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  image_silence_.stop();
   counts_timer_.reset();
   image_subscription_ = {};
   camera_info_subscription_ = {};
@@ -215,7 +209,7 @@ void ThermalTracker::take_regions(const Detections& detections) {
 }
 
 void ThermalTracker::on_image(const Image& message) {
-  image_heard_ = true;
+  image_silence_.heard();
   const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);

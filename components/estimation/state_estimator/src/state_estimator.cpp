@@ -94,8 +94,6 @@ CallbackReturn StateEstimator::on_configure() {
   published_.reset();
   told_updates_ = 0;
   hinted_.reset();
-  imu_heard_ = true;
-  is_subscribed_ = false;
   rack_is_lost_ = false;
   start_is_given_ = false;
   status_ = {};
@@ -117,15 +115,12 @@ CallbackReturn StateEstimator::on_configure() {
   }
   awaited_.watch({odometry_publisher_.untyped(), state_publisher_.untyped()},
                  [this] { subscribe(); });
-  silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
-    if (is_subscribed_ && !std::exchange(imu_heard_, false)) {
-      const std::string input = settings_.implied_imu
-                                    ? "motion of source '" +
-                                          settings_.sources[*settings_.implied_imu].name +
-                                          "', which stands for an IMU,"
-                                    : std::string("reading of the IMU on imu/data");
-      report_fault("imu.silent", "no " + input + " for " + seconds(settings_.silent_after));
-    }
+  imu_silence_.start(settings_.implied_imu
+                         ? "motion of source '" + settings_.sources[*settings_.implied_imu].name +
+                               "', which stands for an IMU,"
+                         : std::string("reading of the IMU on imu/data"),
+                     settings_.silent_after);
+  status_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
     status_ = estimator_->status();
     tell_status();
     tell_correlations();
@@ -151,12 +146,12 @@ void StateEstimator::subscribe() {
   initial_pose_subscription_ = create_subscription(
       topics::kInitialPose, [this](const Pose& message) { on_initial_pose(message); });
   subscribe_to_sources();
-  is_subscribed_ = true;
 }
 
 CallbackReturn StateEstimator::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  imu_silence_.stop();
+  status_timer_.reset();
   imu_subscription_ = {};
   fix_subscription_ = {};
   odometer_subscription_ = {};
@@ -237,7 +232,7 @@ void StateEstimator::take_reading(const estimation::ImuReading& reading) {
 }
 
 void StateEstimator::on_imu(const Imu& message) {
-  imu_heard_ = true;
+  imu_silence_.heard();
   const auto time = time_of("imu", message.header.stamp);
   if (!time) {
     return;

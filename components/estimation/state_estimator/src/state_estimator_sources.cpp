@@ -98,7 +98,7 @@ std::optional<SE3> StateEstimator::place_of(std::size_t source, const std::strin
 }
 
 void StateEstimator::imply_imu(const estimation::WheelMotion& motion) {
-  imu_heard_ = true;
+  imu_silence_.heard();
   for (const estimation::ImuReading& reading :
        planar_->add(motion.time, motion.speed, motion.yaw_rate)) {
     take_reading(reading);

@@ -5,14 +5,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <rcl_interfaces/msg/log.hpp>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/message_text.hpp"
 #include "cli/session.hpp"
 #include "cli/yaml_message.hpp"
 #include "core/actions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 
 namespace pipescout::host {
 namespace {
@@ -20,6 +23,8 @@ namespace {
 /// How long a goal may take to be cancelled after a signal: the program ends by force after two
 /// seconds.
 constexpr Duration kCancelPatience = std::chrono::milliseconds(1500);
+/// How long the log of a server may take to be heard: it goes another way than the answer.
+constexpr Duration kLogPatience = std::chrono::seconds(1);
 
 /// Nothing is cut.
 constexpr MessageFormat kFull{.truncate = std::nullopt};
@@ -150,6 +155,77 @@ void wait_for_server(Session& session, const UntypedActionClient& client,
   }
 }
 
+/// What the nodes that serve an action log as a warning or worse. The answer to a goal has no room
+/// for a reason; that is where servers of ROS 2 tell it.
+class ServerLog {
+ public:
+  ServerLog(Session& session, std::string action)
+      : session_(session),
+        action_(std::move(action)),
+        subscription_(session.node().create_subscription<Log>(
+            topics::kRosout.name, QoS::reliable(topics::kRosout.qos.depth),
+            [this](const Log& message) { hear(message); })) {}
+
+  /// Hears from now on, of the servers that are known.
+  void begin() {
+    wait_for([this] { return is_connected(); });
+    lines_.clear();
+  }
+
+  /// "navigator: action '/a': goal ID rejected: why", of ours that of the goal; else the first that
+  /// came; nothing when none does.
+  [[nodiscard]] std::optional<std::string> why_rejected(const GoalId& id) {
+    const auto is_of_goal = [name = to_string(id)](const std::string& line) {
+      return line.find(name) != std::string::npos;
+    };
+    wait_for([&] { return std::ranges::any_of(lines_, is_of_goal); });
+    const auto found = std::ranges::find_if(lines_, is_of_goal);
+    return found != lines_.end() ? *found
+           : lines_.empty()      ? std::nullopt
+                                 : std::optional(lines_.front());
+  }
+
+ private:
+  using Log = rcl_interfaces::msg::Log;
+
+  void wait_for(const std::function<bool()>& done) {
+    if (!done()) {
+      session_.executor().spin_until(done, kLogPatience);
+    }
+  }
+
+  [[nodiscard]] std::set<NodeName> servers() const {
+    std::set<NodeName> names;
+    for (const auto& [node, types] :
+         nodes_of_action(session_.graph().endpoints(), action_, true)) {
+      names.insert(node);
+    }
+    return names;
+  }
+
+  [[nodiscard]] bool is_connected() const {
+    const auto nodes = servers();
+    const auto endpoints = session_.graph().endpoints();
+    return !nodes.empty() && std::ranges::all_of(endpoints, [&](const GraphEndpoint& endpoint) {
+      return !endpoint.is_publisher || !endpoint.node || !nodes.contains(*endpoint.node) ||
+             endpoint.wire_topic != subscription_.untyped()->topic().name ||
+             subscription_.untyped()->is_matched(endpoint.gid);
+    });
+  }
+
+  void hear(const Log& message) {
+    const auto is_of = [&](const NodeName& node) { return logger_of(node) == message.name; };
+    if (message.level >= Log::WARN && std::ranges::any_of(servers(), is_of)) {
+      lines_.push_back(message.name + ": " + message.msg);
+    }
+  }
+
+  Session& session_;
+  const std::string action_;
+  std::vector<std::string> lines_;
+  Subscription<Log> subscription_;
+};
+
 /// A goal on its way, as far as the command knows.
 struct SentGoal {
   std::optional<GoalResponse> response;
@@ -193,8 +269,10 @@ int send_goal(Session& session, const SendOptions& options) {
   const ActionTypes types = types_of(options.type);
   const std::shared_ptr<void> request = goal_request(types, options);
   const auto client = session.node().create_untyped_action_client(action, types);
+  ServerLog log(session, action);
   std::cout << "Waiting for an action server to become available..." << std::endl;
   wait_for_server(session, *client, types);
+  log.begin();
   std::cout << "Sending goal:\n     "
             << to_yaml(goal_in(types, static_cast<const void*>(request.get())), kFull) << std::endl;
   // Shared with the client, as above.
@@ -231,6 +309,11 @@ int send_goal(Session& session, const SendOptions& options) {
                          std::string(to_string(*goal->response->error)));
     }
     std::cout << "Goal was rejected.\n";
+    const auto why = log.why_rejected(id);
+    std::cerr << (why ? "The log of the server says: " + *why
+                      : "The server has logged no reason on " +
+                            std::string(topics::kRosout.name) + '.')
+              << '\n';
     return kExitError;
   }
   if (goal->result) {

@@ -29,13 +29,6 @@ struct LogLevelOptions {
   std::string level;
 };
 
-/// As Logger names that of a node.
-std::string logger_of(const NodeName& node) {
-  auto name = node.fully_qualified().substr(1);
-  std::replace(name.begin(), name.end(), '/', '.');
-  return name;
-}
-
 /// The node, once it is known to serve `service`. Throws CommandError.
 NodeName find_logging_node(Session& session, const std::string& name, const char* service,
                            const char* type) {

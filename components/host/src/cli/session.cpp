@@ -259,6 +259,12 @@ std::string absolute_name(const std::string& name) {
   return name.starts_with('/') ? name : "/" + name;
 }
 
+std::string logger_of(const NodeName& node) {
+  auto name = node.fully_qualified().substr(1);
+  std::replace(name.begin(), name.end(), '/', '.');
+  return name;
+}
+
 std::string full_type_name(const std::string& name) {
   const auto slash = name.find('/');
   const bool is_short =

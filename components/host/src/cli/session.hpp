@@ -162,6 +162,9 @@ std::pair<CLI::App*, std::shared_ptr<Options>> add_graph_command(
 /// "/name" for "name".
 [[nodiscard]] std::string absolute_name(const std::string& name);
 
+/// "robot_1.fusion": the logger of a node, as its messages on /rosout name it.
+[[nodiscard]] std::string logger_of(const NodeName& node);
+
 /// "std_msgs/msg/String" for "std_msgs/String" too.
 [[nodiscard]] std::string full_type_name(const std::string& name);
 

@@ -69,13 +69,18 @@ std::optional<double> MissionProgress::fraction() const {
 
 std::string MissionProgress::line() const {
   std::string line;
-  if (const auto share = fraction()) {
+  const bool has_finished = outcome() == Outcome::kComplete;
+  if (has_finished) {
+    line = "finished";
+  } else if (const auto share = fraction()) {
     line = std::to_string(static_cast<int>(std::floor(*share * 100.0))) + " %";
   }
   for (const auto& [name, report] : reports_) {
+    // What nobody waited for: a simulation whose robot is through before its time is over.
+    const bool stops_early = has_finished && report.state == ComponentReport::State::kRunning;
     line += line.empty() ? "" : "  ";
-    line += name.name + " " + std::to_string(report.done);
-    if (report.total != 0) {
+    line += name.name + (stops_early ? " stopped at " : " ") + std::to_string(report.done);
+    if (report.total != 0 && !stops_early) {
       line += "/" + std::to_string(report.total);
     }
   }

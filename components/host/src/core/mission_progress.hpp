@@ -40,7 +40,9 @@ class MissionProgress {
   /// Between 0 and 1: the least of the awaited components' shares. Nothing while one of them has
   /// not said how much it has to do.
   [[nodiscard]] std::optional<double> fraction() const;
-  /// "70 %  odometer_replay 10/10  bag_recorder 7/10"; empty before the first report.
+  /// "70 %  odometer_replay 10/10  bag_recorder 7/10"; empty before the first report. Once
+  /// complete: "finished  bag_recorder 4/4  rack_simulation stopped at 990", where the last one had
+  /// not ended and was not awaited.
   [[nodiscard]] std::string line() const;
 
  private:

@@ -127,6 +127,7 @@ class Run {
       std::cerr << "error: " << error.what() << '\n';
       failed = true;
     }
+    show_progress(steady_now());
     progress_printer_.finish();
     const bool ends_by_itself = !stopping() && !failed;
     if (!ends_by_itself) {
@@ -356,10 +357,14 @@ class Run {
     if (watchdog_) {
       at(watchdog_->on_time(now));
     }
+    show_progress(now);
+    return due;
+  }
+
+  void show_progress(SteadyTime now) {
     if (progress_ && !mission_.composition.complete_when.empty() && !stopping()) {
       progress_printer_.show(progress_->line(), progress_->fraction(), now);
     }
-    return due;
   }
 
   /// Another process has the names.

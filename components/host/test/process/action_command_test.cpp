@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pipescout/dds/dds_transport.hpp"
+#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/runtime/executor_thread.hpp"
 #include "pipescout/runtime/node.hpp"
@@ -70,12 +71,14 @@ class ActionCommand : public ::testing::Test {
   ServerGoal<Fibonacci> kept_;
   Node node_{{.context = context_,
               .executor = &executor_,
-              .name = {"/robot", "mathematician"},
-              .standard_interfaces = false}};
+              .name = {"/robot", "mathematician"}}};
   ActionServer<Fibonacci> server_ = node_.create_action_server<Fibonacci>(
       "fibonacci", {.decide =
                         [](const GoalId&, const std::shared_ptr<const Fibonacci::Goal>& goal) {
-                          return goal->order == 0 ? GoalDecision::kReject : GoalDecision::kAccept;
+                          if (goal->order == 0) {
+                            throw GoalRejected("a sequence of nothing");
+                          }
+                          return goal->order < 0 ? GoalDecision::kReject : GoalDecision::kAccept;
                         },
                     .accepted = [this](const ServerGoal<Fibonacci>& goal) { accepted(goal); },
                     .canceling = [](const ServerGoal<Fibonacci>& goal) { goal.canceled(); }});
@@ -125,10 +128,14 @@ TEST_F(ActionCommand, SendsAGoalAndPrintsWhatComesOfIt) {
                                  "Goal finished with status: SUCCEEDED\n"));
 }
 
-TEST_F(ActionCommand, TellsOfARejectedGoal) {
+TEST_F(ActionCommand, TellsOfARejectedGoalAndWhy) {
   const auto finished = send("{order: 0}");
   EXPECT_EQ(finished.code(), 1);
   EXPECT_THAT(finished.out, HasSubstr("\nGoal was rejected.\n"));
+  EXPECT_THAT(finished.err,
+              MatchesRegex("The log of the server says: robot.mathematician: action "
+                           "'/robot/fibonacci': goal [0-9a-f]{32} rejected: a sequence of nothing\n"));
+  EXPECT_THAT(send("{order: -1}").err, HasSubstr(" rejected: the server gives no reason\n"));
 }
 
 TEST_F(ActionCommand, ASignalCancelsTheGoal) {

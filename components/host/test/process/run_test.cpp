@@ -65,7 +65,7 @@ complete_when: [listener]
 )");
   const auto finished = run({"count:=7"});
   EXPECT_EQ(finished.code(), 0) << finished.err;
-  EXPECT_THAT(finished.out, HasSubstr("100 %"));
+  EXPECT_THAT(finished.out, HasSubstr("finished  "));
   EXPECT_THAT(finished.out, HasSubstr("listener 7/7"));
   EXPECT_THAT(read("m/mission.yaml"), AllOf(HasSubstr("count: 7\n"), HasSubstr("text: \"a: b\"\n"),
                                             HasSubstr("period: 0.02\n")));

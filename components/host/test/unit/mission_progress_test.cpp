@@ -24,8 +24,18 @@ TEST(MissionProgress, IsCompleteWhenAllAwaitedAre) {
   progress.report(kFusion, {State::kComplete, 4, 4, ""});
   EXPECT_EQ(progress.outcome(), Outcome::kComplete);
   EXPECT_EQ(progress.fraction(), 1.0);
+  EXPECT_EQ(progress.line(), "finished  fusion 4/4  replay 5/10");
   progress.report(kFusion, {State::kRunning, 5, 4, ""});
   EXPECT_EQ(progress.outcome(), Outcome::kComplete);
+}
+
+TEST(MissionProgress, SaysOfWhomNobodyWaitedForThatItStopped) {
+  MissionProgress progress({kFusion});
+  progress.report(kReplay, {State::kRunning, 990, 4500, ""});
+  progress.report(kFusion, {State::kRunning, 4, 4, ""});
+  EXPECT_EQ(progress.line(), "100 %  fusion 4/4  replay 990/4500");
+  progress.report(kFusion, {State::kComplete, 4, 4, ""});
+  EXPECT_EQ(progress.line(), "finished  fusion 4/4  replay stopped at 990");
 }
 
 TEST(MissionProgress, IsNeverCompleteWhenNothingIsAwaited) {

@@ -301,7 +301,6 @@ CallbackReturn OdometerStreamFusion::on_configure() {
   leap_.reset();
   published_tick_ = 0;
   bends_ = 0;
-  heard_ = true;
   health_.fill(OdometerHealth::kOk);
 
   publisher_ =
@@ -317,19 +316,14 @@ CallbackReturn OdometerStreamFusion::on_configure() {
     imu_subscription_ =
         create_subscription(topics::kImu, [this](const Imu& message) { on_imu(message); });
   }
-  silence_timer_ = create_timer(from_seconds(settings_.silent_after), [this] {
-    if (readings_subscription_ && !std::exchange(heard_, false)) {
-      report_fault("readings.silent", "no readings of any odometer for " +
-                                          validation::number_text(settings_.silent_after) + " s");
-    }
-  });
+  readings_silence_.start("readings of any odometer", settings_.silent_after);
   awaited_.watch({publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
 }
 
 CallbackReturn OdometerStreamFusion::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  readings_silence_.stop();
   readings_subscription_ = {};
   weld_subscription_ = {};
   imu_subscription_ = {};
@@ -347,7 +341,7 @@ void OdometerStreamFusion::subscribe() {
 }
 
 void OdometerStreamFusion::on_readings(const Readings& message) {
-  heard_ = true;
+  readings_silence_.heard();
   if (const auto fault = find_fault(message, 1)) {
     report_fault(fault->counter, fault->text);
     diagnostics().count("readings.refused");

@@ -254,21 +254,12 @@ CallbackReturn WeldLocator::on_configure() {
   last_weld_.reset();
   independent_variance_ = 0.0;
   was_locked_ = false;
-  fused_heard_ = samples_heard_ = true;
 
   const auto matched = awaited_.on_matched();
   weld_publisher_ = create_publisher(topics::kWeld, {.events = {.matched = matched}});
   position_publisher_ = create_publisher(topics::kPipePosition, {.events = {.matched = matched}});
-  const double silent_after = silent_after_.get();
-  silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
-    const std::string text = " for " + validation::number_text(silent_after) + " s";
-    if (fused_subscription_ && !std::exchange(fused_heard_, false)) {
-      report_fault("fused.silent", "no fused distance" + text);
-    }
-    if (samples_subscription_ && !std::exchange(samples_heard_, false)) {
-      report_fault("eddy_current.silent", "no eddy-current samples" + text);
-    }
-  });
+  fused_silence_.start("fused distance", silent_after_.get());
+  samples_silence_.start("eddy-current samples", silent_after_.get());
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
   awaited_.watch({weld_publisher_.untyped(), position_publisher_.untyped()},
                  [this] { subscribe(); });
@@ -282,7 +273,8 @@ CallbackReturn WeldLocator::on_deactivate() {
 
 CallbackReturn WeldLocator::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  fused_silence_.stop();
+  samples_silence_.stop();
   counts_timer_.reset();
   bend_subscription_ = {};
   fused_subscription_ = {};
@@ -308,7 +300,7 @@ void WeldLocator::subscribe() {
 }
 
 void WeldLocator::on_fused(const Fused& message) {
-  fused_heard_ = true;
+  fused_silence_.heard();
   if (!is_acceptable(message)) {
     diagnostics().count("fused.refused");
     return;
@@ -391,7 +383,7 @@ bool WeldLocator::is_acceptable(const Fused& message) {
 }
 
 void WeldLocator::on_samples(const std::shared_ptr<const Samples>& message) {
-  samples_heard_ = true;
+  samples_silence_.heard();
   if (!is_acceptable(*message)) {
     diagnostics().count("eddy_current.refused");
     return;

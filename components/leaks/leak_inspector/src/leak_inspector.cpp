@@ -94,7 +94,6 @@ CallbackReturn LeakInspector::on_configure() {
   frame_ = 0;
   with_pipe_ = 0;
   failed_ = 0;
-  image_heard_ = true;
 
   detections_publisher_ =
       create_publisher(topics::kLeakDetections, {.events = {.matched = awaited_.on_matched()}});
@@ -106,12 +105,7 @@ CallbackReturn LeakInspector::on_configure() {
     rack_subscription_ = create_subscription(
         topics::kRackState, [this](const RackState& message) { on_rack_state(message); });
   }
-  silence_timer_ = create_timer(from_seconds(settings_->silent_after), [this] {
-    if (image_subscription_ && !std::exchange(image_heard_, false)) {
-      report_fault("image.silent",
-                   "no image for " + validation::number_text(settings_->silent_after) + " s");
-    }
-  });
+  image_silence_.start("image", settings_->silent_after);
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
   awaited_.watch({detections_publisher_.untyped(), event_publisher_.untyped()},
                  [this] { subscribe(); });
@@ -149,7 +143,7 @@ CallbackReturn LeakInspector::on_deactivate() {
 
 CallbackReturn LeakInspector::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  image_silence_.stop();
   counts_timer_.reset();
   image_subscription_ = {};
   camera_info_subscription_ = {};
@@ -231,7 +225,7 @@ std::optional<FramePose> LeakInspector::pose_at(Time stamp) const {
 }
 
 void LeakInspector::on_image(const Image& message) {
-  image_heard_ = true;
+  image_silence_.heard();
   const Time stamp = from_message(message.header.stamp);
   if (const auto fault = settings_->stamp_limits.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);

@@ -12,6 +12,7 @@
 #include "navigator_messages.hpp"
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/runtime/register_component.hpp"
 
 namespace pipescout {
@@ -179,12 +180,18 @@ void Navigator::create_actions() {
       "navigate_to_pose",
       {.decide =
            [this](const GoalId&, const auto& goal) {
-             return goal_pose(goal->pose) ? GoalDecision::kAccept : GoalDecision::kReject;
+             try {
+               (void)goal_pose(goal->pose);
+             } catch (const std::invalid_argument& error) {
+               diagnostics().count("goal.refused");
+               throw GoalRejected(error.what());
+             }
+             return GoalDecision::kAccept;
            },
        .accepted =
            [this](ServerGoal<NavigateToPose> goal) {
              const auto pose = goal_pose(goal.goal().pose);
-             begin(navigation::PoseGoal{pose.value()}, std::move(goal));
+             begin(navigation::PoseGoal{pose}, std::move(goal));
            },
        .canceling = cancel,
        .preempted = over},
@@ -298,24 +305,23 @@ void Navigator::on_leak(const LeakEvent& message) {
   }
 }
 
-std::optional<navigation::Pose2d> Navigator::goal_pose(const PoseStamped& message) {
+navigation::Pose2d Navigator::goal_pose(const PoseStamped& message) const {
   if (message.header.frame_id != settings_->map_frame) {
-    report_fault("goal.header.frame_id", "a goal is in frame '" + message.header.frame_id +
-                                             "', not in '" + settings_->map_frame + "'");
-    return std::nullopt;
+    throw std::invalid_argument("the goal is in frame '" + message.header.frame_id +
+                                "', not in '" + settings_->map_frame + "'");
   }
-  try {
-    return plane_pose(message.pose);
-  } catch (const std::invalid_argument& error) {
-    report_fault("goal.refused", std::string("a goal is refused: ") + error.what());
-    return std::nullopt;
-  }
+  return plane_pose(message.pose);
 }
 
 void Navigator::on_goal_pose(const PoseStamped& message) {
-  if (const auto pose = goal_pose(message)) {
-    begin(navigation::PoseGoal{*pose}, {});
+  navigation::PoseGoal goal;
+  try {
+    goal.pose = goal_pose(message);
+  } catch (const std::invalid_argument& error) {
+    report_fault("goal.refused", std::string("a goal on goal_pose is refused: ") + error.what());
+    return;
   }
+  begin(goal, {});
 }
 
 void Navigator::begin(const navigation::NavigationGoal& goal, Client client) {
@@ -380,6 +386,8 @@ void Navigator::end(NavigationFailure why) {
   }
   if (why == NavigationFailure::kNone) {
     logger().info("the goal is reached");
+  } else if (why == NavigationFailure::kPreempted || why == NavigationFailure::kCanceled) {
+    logger().info("the goal is given up: " + reason);
   } else {
     logger().warn("the goal is not reached: " + reason);
   }

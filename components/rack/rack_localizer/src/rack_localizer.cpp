@@ -253,7 +253,6 @@ CallbackReturn RackLocalizer::on_configure() {
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   last_image_.reset();
   last_status_ = TrackStatus::kNotStarted;
-  image_heard_ = true;
   if (const auto position = three(start_position_)) {
     const auto angles = three(start_roll_pitch_yaw_);
     // A base that faces along the flow, which is rack y.
@@ -272,12 +271,7 @@ CallbackReturn RackLocalizer::on_configure() {
       topics::kOdometryFiltered, [this](const Odometry& message) { on_odometry(message); });
   hint_subscription_ = create_subscription(topics::kRackPoseHint,
                                            [this](const Pose& message) { on_pose_hint(message); });
-  const double silent_after = silent_after_.get();
-  silence_timer_ = create_timer(from_seconds(silent_after), [this, silent_after] {
-    if (image_subscription_ && !std::exchange(image_heard_, false)) {
-      report_fault("image.silent", "no image for " + validation::number_text(silent_after) + " s");
-    }
-  });
+  image_silence_.start("image", silent_after_.get());
   counts_timer_ = create_timer(std::chrono::seconds(1), [this] { tell_counts(); });
   awaited_.watch({pose_publisher_.untyped(), state_publisher_.untyped()}, [this] { subscribe(); });
   return CallbackReturn::kSuccess;
@@ -292,7 +286,7 @@ void RackLocalizer::subscribe() {
 
 CallbackReturn RackLocalizer::on_cleanup() {
   awaited_.stop();
-  silence_timer_.reset();
+  image_silence_.stop();
   counts_timer_.reset();
   image_subscription_ = {};
   camera_info_subscription_ = {};
@@ -393,7 +387,7 @@ std::optional<MotionPrediction> RackLocalizer::motion_until(Time stamp) {
 }
 
 void RackLocalizer::on_image(const Image& message) {
-  image_heard_ = true;
+  image_silence_.heard();
   const Time stamp = from_message(message.header.stamp);
   if (const auto fault = stamp_limits_.find_fault("image", stamp, now())) {
     report_fault(fault->counter, fault->text);

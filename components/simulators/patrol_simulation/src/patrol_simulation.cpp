@@ -40,6 +40,7 @@ constexpr double kCentimetres = 100;
 constexpr double kScanPeriod = 0.1;          // s
 constexpr double kLidarNearest = 0.1;        // m
 constexpr double kOdometerDeviation = 0.01;  // m, stated of a reading
+constexpr const char* kPreempted = "preempted";  // the navigator's word for it
 
 Time at(double seconds) {
   return kStart + from_seconds(seconds);
@@ -84,6 +85,7 @@ CallbackReturn PatrolSimulation::on_configure() {
       1, static_cast<std::uint64_t>(std::llround(kScanPeriod / step_period_)));
   steps_ = 0;
   images_ = 0;
+  with_tour_ = patrol_parameters_.plant().with_tour();
   asked_ = false;
   over_ = false;
   write_map();
@@ -112,7 +114,9 @@ CallbackReturn PatrolSimulation::on_configure() {
         create_subscription(topics::kGroundVelocityCommand, [this](const Twist& message) {
           drive_->plant()->command(message.linear.x, message.angular.z);
         });
-    tour_client_ = create_action_client<InspectTour>("inspect_tour");
+    if (with_tour_) {
+      tour_client_ = create_action_client<InspectTour>("inspect_tour");
+    }
   }
   run_steps_.configure(
       *clock_publisher_.untyped(),
@@ -220,16 +224,10 @@ bool PatrolSimulation::next_step() {
     if (steps_ % steps_per_scan_ == 0) {
       publish_scan(stamp);
     }
-    if (!asked_ && time >= patrol_parameters_.standing() && tour_client_.is_ready()) {
-      ask_for_tour();
-    }
     if (steps_ % (kScansPerProgress * steps_per_scan_) == 0) {
       report_driven();
     }
-    if (!over_ && time > patrol_parameters_.plant().time_limit()) {
-      over_ = true;
-      report_failed("the tour takes longer than plant.time_limit");
-    }
+    operate(time);
     ++steps_;
     return !over_;
   }
@@ -268,30 +266,60 @@ void PatrolSimulation::ask_for_tour() {
            [this](const GoalResponse& response) {
              if (!response.accepted) {
                over_ = true;
-               report_failed("the tour is refused");
+               report_failed("the tour is refused; the log of the navigator says why");
              }
            },
        .result = [this](const GoalOutcome<InspectTour>& outcome) { on_tour(outcome); }});
 }
 
 void PatrolSimulation::on_tour(const GoalOutcome<InspectTour>& outcome) {
-  over_ = true;
+  if (outcome.result && outcome.result->reason == kPreempted) {
+    with_tour_ = false;
+    logger().info("the tour ends, since another goal has preempted it; the plant goes on");
+    return;
+  }
   if (!outcome) {
+    over_ = true;
     report_failed("the tour ended early: " +
                   (outcome.result ? outcome.result->reason : std::string(to_string(outcome.end))));
     return;
   }
+  end_well(std::to_string(outcome.result->rows_passed) + " rows driven along, " +
+           std::to_string(outcome.result->left_out.size()) + " left out, " +
+           std::to_string(std::lround(outcome.result->pipe_seen_percent)) +
+           " % of their pipes seen sharp, ");
+}
+
+void PatrolSimulation::operate(double time) {
+  const PlantParameters& plant = patrol_parameters_.plant();
+  if (over_) {
+    return;
+  }
+  if (!with_tour_) {
+    if (plant.duration() > 0 && time >= plant.duration()) {
+      end_well("");
+    }
+    return;
+  }
+  if (!asked_ && time >= patrol_parameters_.standing() && tour_client_.is_ready()) {
+    ask_for_tour();
+  }
+  if (time > plant.time_limit()) {
+    over_ = true;
+    report_failed("the tour takes longer than plant.time_limit");
+  }
+}
+
+void PatrolSimulation::end_well(const std::string& what) {
+  over_ = true;
   const simulation::PlantDrive& plant = *drive_->plant();
   if (plant.contact_time() > 0) {
     report_failed("the robot touched something for " +
                   std::to_string(std::lround(kMilliseconds * plant.contact_time())) + " ms");
     return;
   }
-  report_complete(std::to_string(outcome.result->rows_passed) + " rows driven along, " +
-                  std::to_string(outcome.result->left_out.size()) + " left out, " +
-                  std::to_string(std::lround(outcome.result->pipe_seen_percent)) +
-                  " % of their pipes seen sharp, " + std::to_string(std::lround(plant.driven())) +
-                  " m in " + std::to_string(std::lround(drive_->motion().time)) + " s, nearest " +
+  report_complete(what + std::to_string(std::lround(plant.driven())) + " m in " +
+                  std::to_string(std::lround(drive_->motion().time)) + " s, nearest " +
                   std::to_string(std::lround(kCentimetres * plant.least_clearance())) + " cm");
 }
 

@@ -58,10 +58,19 @@ PlantParameters::PlantParameters(Parameters& parameters)
       "plant.tour", {},
       {.description = "edges of the graph along which the operator asks for a tour; empty: all "
                       "with a pipe"});
-  time_limit_ =
-      parameters.declare<double>("plant.time_limit", 1800.0,
-                                 {.description = "s, simulated, after which the operator gives up",
-                                  .floating_point_range = FloatingPointRange{1, 1e6}});
+  with_tour_ = parameters.declare<bool>(
+      "plant.with_tour", true,
+      {.description = "the operator asks for a tour, with which the patrol ends; false: others drive "
+                      "the robot"});
+  time_limit_ = parameters.declare<double>(
+      "plant.time_limit", 1800.0,
+      {.description = "s, simulated, after which the operator gives up the tour",
+       .floating_point_range = FloatingPointRange{1, 1e6}});
+  duration_ = parameters.declare<double>(
+      "plant.duration", 0.0,
+      {.description = "s, simulated, after which a patrol ends that no tour ends, since there is "
+                      "none or another goal has preempted it; 0: when it is stopped",
+       .floating_point_range = FloatingPointRange{0, 1e6}});
 }
 
 PlantDriveParameters PlantParameters::drive(std::uint64_t seed, double row_length) const {

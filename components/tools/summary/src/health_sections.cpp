@@ -71,8 +71,14 @@ class DiagnosticsSection final : public SectionMaker {
     const auto& message = *static_cast<const diagnostic_msgs::msg::DiagnosticArray*>(view.message);
     for (const DiagnosticStatus& status : message.status) {
       nodes_.insert(status.name);
-      if (status.level != DiagnosticStatus::OK) {
-        ++warnings_[{status.name, status.message}];
+      if (status.level == DiagnosticStatus::STALE) {
+        // No fault while it has not begun; at the end it is one that it never did.
+        ++stale_[status.name][status.message];
+      } else {
+        stale_.erase(status.name);
+        if (status.level != DiagnosticStatus::OK) {
+          ++warnings_[{status.name, status.message}];
+        }
       }
       for (const auto& value : status.values) {
         const auto loss = loss_of(value.key);
@@ -126,6 +132,11 @@ class DiagnosticsSection final : public SectionMaker {
     }
     sections["inputs"] = std::move(section);
 
+    for (const auto& [name, messages] : stale_) {
+      for (const auto& [message, times] : messages) {
+        warnings_[{name, message}] += times;
+      }
+    }
     if (warnings_.empty()) {
       return;
     }
@@ -153,6 +164,7 @@ class DiagnosticsSection final : public SectionMaker {
   std::set<std::string> nodes_;
   std::map<std::tuple<std::string, std::string, std::string>, Total> losses_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> warnings_;
+  std::map<std::string, std::map<std::string, std::uint64_t>> stale_;  // that still are
 };
 
 class MissionsSection final : public SectionMaker {
@@ -179,13 +191,7 @@ class MissionsSection final : public SectionMaker {
     section.columns = {"node", "state", "done", "of", "message"};
     std::string unfinished;
     for (const auto& [node, report] : reports_) {
-      const char* const state = report.state == MissionStatus::COMPLETE ? "complete"
-                                : report.state == MissionStatus::FAILED ? "failed"
-                                                                        : "running";
-      section.rows.push_back({node, state, static_cast<std::int64_t>(report.done),
-                              static_cast<std::int64_t>(report.total), report.message});
-      if (report.state != MissionStatus::COMPLETE &&
-          (complete_when_.empty() || complete_when_.contains(node))) {
+      if (report.state != MissionStatus::COMPLETE && is_awaited(node)) {
         unfinished += (unfinished.empty() ? "" : ", ") + node;
       }
     }
@@ -193,6 +199,15 @@ class MissionsSection final : public SectionMaker {
       if (!reports_.contains(node)) {
         unfinished += (unfinished.empty() ? "" : ", ") + node;
       }
+    }
+    for (const auto& [node, report] : reports_) {
+      // Once all that it waits for are complete, a mission stops the others.
+      const char* const state = report.state == MissionStatus::COMPLETE ? "complete"
+                                : report.state == MissionStatus::FAILED ? "failed"
+                                : unfinished.empty()                    ? "stopped"
+                                                                        : "running";
+      section.rows.push_back({node, state, static_cast<std::int64_t>(report.done),
+                              static_cast<std::int64_t>(report.total), report.message});
     }
     const auto lost = inputs_lost(sections);
     if (lost.value_or(0) > 0) {
@@ -210,6 +225,10 @@ class MissionsSection final : public SectionMaker {
   }
 
  private:
+  [[nodiscard]] bool is_awaited(const std::string& node) const {
+    return complete_when_.empty() || complete_when_.contains(node);
+  }
+
   std::set<std::string> complete_when_;
   std::map<std::string, pipescout_msgs::msg::MissionStatus> reports_;  // the last of each node
 };

@@ -17,6 +17,7 @@
 #include "pipescout/message_conversions/thermal_image.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 #include "pipescout/thermal_tracker/tracker_settings.hpp"
 #include "pipescout/tracking/shape_tracker.hpp"
@@ -99,14 +100,16 @@ class ThermalTracker final : public Component {
   double width_ = 0;                     // px, between its edges when it was seen whole last
   std::uint64_t pictures_ = 0;
   std::uint64_t locked_ = 0;
-  bool image_heard_ = true;
 
   Publisher<PipeTrack> track_publisher_;
   Publisher<Particles> particles_publisher_;
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch image_silence_{*this, "image.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

@@ -24,6 +24,7 @@
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/state_estimator/agreeing_fixes.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
@@ -129,8 +130,6 @@ class StateEstimator final : public Component {
   std::optional<Time> published_;
   std::uint64_t told_updates_ = 0;
   std::optional<Time> hinted_;
-  bool is_subscribed_ = false;
-  bool imu_heard_ = true;
   bool rack_is_lost_ = false;
   bool start_is_given_ = false;
   estimation::EstimatorStatus status_;  // at the newest keyframe; not computed for each reading
@@ -148,7 +147,11 @@ class StateEstimator final : public Component {
   Subscription<RackState> rack_state_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Pose> initial_pose_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch imu_silence_{*this, "imu.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
+  std::shared_ptr<Timer> status_timer_;
   std::vector<NamedInput> named_;  // as settings_.sources
 };
 

@@ -18,6 +18,7 @@
 
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 
 namespace pipescout {
@@ -113,7 +114,6 @@ class OdometerStreamFusion final : public Component {
   std::string frame_id_;
   std::uint64_t published_tick_ = 0;
   std::uint64_t bends_ = 0;  // told
-  bool heard_ = false;       // since the timer's last turn
   std::array<odometry::OdometerHealth, odometry::kMaxOdometers> health_{};
 
   Publisher<Fused> publisher_;
@@ -121,7 +121,10 @@ class OdometerStreamFusion final : public Component {
   Subscription<Readings> readings_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Imu> imu_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch readings_silence_{*this, "readings.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
 };
 
 }  // namespace pipescout

@@ -18,6 +18,7 @@
 
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 #include "pipescout/weld_ledger/tally_file.hpp"
 #include "pipescout/weld_locator/distance_history.hpp"
@@ -121,15 +122,20 @@ class WeldLocator final : public Component {
   double independent_variance_ = 0.0;  // m^2, of the last fused distance
   std::string frame_id_;
   bool was_locked_ = false;
-  bool fused_heard_ = false;  // since the timer's last turn
-  bool samples_heard_ = false;
 
   Publisher<Weld> weld_publisher_;
   Publisher<Position> position_publisher_;
   Subscription<Bend> bend_subscription_;
   Subscription<Fused> fused_subscription_;
   Subscription<Samples> samples_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch fused_silence_{*this, "fused.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
+  SilenceWatch samples_silence_{*this, "eddy_current.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

@@ -21,6 +21,7 @@
 #include "pipescout/message_conversions/thermal_image.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
 
 namespace pipescout {
@@ -92,7 +93,6 @@ class LeakInspector final : public Component {
   std::uint64_t frame_ = 0;
   std::uint64_t with_pipe_ = 0;
   std::uint64_t failed_ = 0;
-  bool image_heard_ = true;
 
   Publisher<pipescout_msgs::msg::LeakDetections> detections_publisher_;
   Publisher<pipescout_msgs::msg::LeakEvent> event_publisher_;
@@ -100,7 +100,10 @@ class LeakInspector final : public Component {
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
   Subscription<RackState> rack_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch image_silence_{*this, "image.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

@@ -76,7 +76,8 @@ class Navigator final : public Component {
   void on_leak(const LeakEvent& message);
   void on_goal_pose(const PoseStamped& message);
   /// Nothing, and the reason is counted, for one that is not in the map's frame or not a pose.
-  std::optional<navigation::Pose2d> goal_pose(const PoseStamped& message);
+  /// Throws std::invalid_argument.
+  [[nodiscard]] navigation::Pose2d goal_pose(const PoseStamped& message) const;
   [[nodiscard]] std::vector<std::int64_t> rows_with_pipes() const;
 
   void begin(const navigation::NavigationGoal& goal, Client client);

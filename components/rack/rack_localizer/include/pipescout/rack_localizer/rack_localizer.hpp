@@ -20,6 +20,7 @@
 #include "pipescout/rack_vision/rack_localization.hpp"
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
+#include "pipescout/runtime/silence_watch.hpp"
 #include "pipescout/runtime/stamp_limits.hpp"
 
 namespace pipescout {
@@ -119,7 +120,6 @@ class RackLocalizer final : public Component {
   std::optional<rack_vision::IntrinsicsBelief> intrinsics_;  ///< when they are estimated
   std::vector<rack_vision::PipeShapeEstimate> shapes_;
   rack_vision::TrackStatus last_status_ = rack_vision::TrackStatus::kNotStarted;
-  bool image_heard_ = true;
 
   Publisher<Pose> pose_publisher_;
   Publisher<State> state_publisher_;
@@ -127,7 +127,10 @@ class RackLocalizer final : public Component {
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
   Subscription<Pose> hint_subscription_;
-  std::shared_ptr<Timer> silence_timer_;
+  SilenceWatch image_silence_{*this, "image.silent",
+                              [this](std::string_view counter, std::string_view text) {
+                                report_fault(counter, text);
+                              }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

@@ -81,6 +81,10 @@ class PatrolSimulation final : public Component {
   void report_driven();
   void ask_for_tour();
   void on_tour(const GoalOutcome<InspectTour>& outcome);
+  /// Asks for the tour, and ends the patrol where its time is over.
+  void operate(double time);
+  /// The patrol is over, and well done unless the robot has touched something.
+  void end_well(const std::string& what);
 
   PatrolParameters patrol_parameters_;
 
@@ -99,7 +103,8 @@ class PatrolSimulation final : public Component {
   std::uint64_t steps_ = 0;
   std::uint64_t images_ = 0;
   std::uint64_t steps_per_scan_ = 1;
-  bool asked_ = false;  ///< for the tour
+  bool with_tour_ = false;  ///< of its own, which has not been preempted
+  bool asked_ = false;      ///< for the tour
   bool over_ = false;
 
   Publisher<Image> image_publisher_;

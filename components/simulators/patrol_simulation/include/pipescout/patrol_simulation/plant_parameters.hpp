@@ -31,7 +31,10 @@ class PlantParameters {
   [[nodiscard]] std::string map_folder() const { return map_folder_.get(); }
   /// Edges of the route graph.
   [[nodiscard]] std::vector<std::int64_t> tour() const { return tour_.get(); }
-  [[nodiscard]] double time_limit() const { return time_limit_.get(); }  ///< s, simulated
+  [[nodiscard]] bool with_tour() const { return with_tour_.get(); }
+  [[nodiscard]] double time_limit() const { return time_limit_.get(); }  ///< of it; s, simulated
+  /// s, simulated, of a patrol that no tour ends; 0: until it is stopped.
+  [[nodiscard]] double duration() const { return duration_.get(); }
 
  private:
   BoundParameters<simulation::PlantDriveParameters> declared_;
@@ -41,7 +44,9 @@ class PlantParameters {
   Parameter<std::vector<std::int64_t>> leak_rows_;
   Parameter<std::string> map_folder_;
   Parameter<std::vector<std::int64_t>> tour_;
+  Parameter<bool> with_tour_;
   Parameter<double> time_limit_;
+  Parameter<double> duration_;
 };
 
 }  // namespace pipescout
