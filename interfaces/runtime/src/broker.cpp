@@ -297,9 +297,9 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
                          .identity = {gid_, sequence_number_},
                          .related = related,
                          .from_this_process = true};
-  std::optional<Time> expiry;
+  std::optional<SteadyTime> expiry;
   if (options_.qos.lifespan) {
-    expiry = info.source_time + *options_.qos.lifespan;
+    expiry = add_saturated(steady_now(), *options_.qos.lifespan);
   }
   MessageForms forms(message, *options_.topic.type);
   for (const auto& queue : matches_) {
@@ -327,7 +327,7 @@ PublishedSample LocalPublisher::publish(std::shared_ptr<const void> message,
 }
 
 void LocalPublisher::deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
-                             std::optional<Time> expiry) {
+                             std::optional<SteadyTime> expiry) {
   if (auto message = forms.as(*queue.options().topic.type)) {
     queue.receive(std::move(message), info, expiry);
   } else {
@@ -466,7 +466,7 @@ void LocalPublisher::match(const std::shared_ptr<SubscriptionQueue>& queue) {
   if (queue->options().qos.durability == Durability::kTransientLocal) {
     const std::size_t depth = queue->options().qos.depth;
     const std::size_t skip = retained_.size() > depth ? retained_.size() - depth : 0;
-    const Time now = SystemClock().now();
+    const SteadyTime now = steady_now();
     for (std::size_t i = skip; i < retained_.size(); ++i) {
       Retained& retained = retained_[i];
       if (!retained.expiry || now <= *retained.expiry) {

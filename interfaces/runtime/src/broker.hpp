@@ -134,7 +134,7 @@ class LocalPublisher final : public UntypedPublisher,
   struct Retained {
     MessageForms forms;
     MessageInfo info;
-    std::optional<Time> expiry;
+    std::optional<SteadyTime> expiry;
   };
 
   struct Outgoing {
@@ -143,7 +143,7 @@ class LocalPublisher final : public UntypedPublisher,
   };
 
   static void deliver(SubscriptionQueue& queue, MessageForms& forms, const MessageInfo& info,
-                      std::optional<Time> expiry);
+                      std::optional<SteadyTime> expiry);
   /// Sends the message, and what other threads publish meanwhile; or leaves it to the thread that
   /// is sending. Returns its sequence number, 0 when it has none (yet). The lock is on mutex_.
   std::int64_t send(Outgoing own, std::unique_lock<std::mutex>& lock);

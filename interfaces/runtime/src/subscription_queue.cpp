@@ -82,7 +82,7 @@ void SubscriptionQueue::close() {
 }
 
 void SubscriptionQueue::receive(std::shared_ptr<const void> message, const MessageInfo& info,
-                                std::optional<Time> expiry) {
+                                std::optional<SteadyTime> expiry) {
   if (!options_.group) {
     deliver_at_once(message, info);
     return;
@@ -146,7 +146,7 @@ void SubscriptionQueue::deliver_at_once(const std::shared_ptr<const void>& messa
 }
 
 bool SubscriptionQueue::is_expired(const Item& item) const {
-  return item.expiry && SystemClock().now() > *item.expiry;
+  return item.expiry && steady_now() > *item.expiry;
 }
 
 void SubscriptionQueue::execute() {

@@ -29,7 +29,7 @@ class SubscriptionQueue final : public Waitable,
 
   /// `expiry`: when the message becomes too old to deliver.
   void receive(std::shared_ptr<const void> message, const MessageInfo& info,
-               std::optional<Time> expiry);
+               std::optional<SteadyTime> expiry);
   void set_enabled(bool enabled);
 
   void local_publisher_matched(bool alive);
@@ -58,7 +58,7 @@ class SubscriptionQueue final : public Waitable,
   struct Item {
     std::shared_ptr<const void> message;
     MessageInfo info;
-    std::optional<Time> expiry;
+    std::optional<SteadyTime> expiry;
   };
 
   /// Counts a message that came. Under mutex_.

@@ -151,20 +151,26 @@ class RackTracker::Implementation {
   }
 
   bool check_stamp(double stamp, RackTrackerResult& result) {
-    const bool leaps = last_stamp_ && stamp > *last_stamp_ + parameters_.longest_gap;
-    // One leap may be a broken stamp; a second image that follows it says that time went on.
+    const bool ahead = last_stamp_ && stamp > *last_stamp_ + parameters_.longest_gap;
+    const bool back = last_stamp_ && stamp < *last_stamp_ - parameters_.longest_gap;
+    // One leap may be a broken stamp; a second image that follows it says that time went on, or
+    // that the clock was set back.
     const bool confirmed =
         leapt_stamp_ && stamp > *leapt_stamp_ && stamp <= *leapt_stamp_ + parameters_.longest_gap;
-    if (std::isfinite(stamp) && (!last_stamp_ || stamp > *last_stamp_) && (!leaps || confirmed)) {
+    if (back && confirmed) {
+      last_stamp_ = leapt_stamp_;
+    }
+    if (std::isfinite(stamp) && (!last_stamp_ || stamp > *last_stamp_) && (!ahead || confirmed)) {
       leapt_stamp_.reset();
       return true;
     }
     ++counts_.bad_stamps;
     result.status = TrackStatus::kBadStamp;
     result.reason = !std::isfinite(stamp) ? "the stamp is not finite"
-                    : leaps               ? "the stamp jumps ahead"
+                    : ahead               ? "the stamp jumps ahead"
+                    : back                ? "the stamp jumps back"
                                           : "the stamp is not after the last one";
-    leapt_stamp_ = leaps ? std::optional(stamp) : std::nullopt;
+    leapt_stamp_ = ahead || back ? std::optional(stamp) : std::nullopt;
     return false;
   }
 

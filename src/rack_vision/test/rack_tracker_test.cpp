@@ -230,6 +230,21 @@ TEST_F(RackTrackerTest, RefusesStampsThatGoBackOrLeap) {
   EXPECT_EQ(step(2).status, TrackStatus::kTracking);
 }
 
+TEST_F(RackTrackerTest, GoesOnWhenTheClockIsSetBack) {
+  start();
+  ASSERT_EQ(step(1).status, TrackStatus::kTracking);
+  const double back = 1.04 - 60;  // s
+  EXPECT_EQ(tracker_.track(draw(model_, camera_, flight(2)).view(), back).reason,
+            "the stamp jumps back");
+  for (int i = 3; i < 6; ++i) {
+    EXPECT_EQ(tracker_.track(draw(model_, camera_, flight(i)).view(), back + 0.04 * (i - 2)).status,
+              TrackStatus::kTracking)
+        << i;
+  }
+  EXPECT_EQ(tracker_.counts().losses, 0U);
+  EXPECT_EQ(tracker_.counts().bad_stamps, 1U);
+}
+
 TEST_F(RackTrackerTest, IsLostWhenTimeWentOnWithoutImages) {
   start();
   image_ = draw(model_, camera_, flight(1));

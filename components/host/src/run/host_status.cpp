@@ -115,6 +115,19 @@ diagnostic_msgs::msg::DiagnosticStatus HostStatus::process(const std::vector<pid
   return status;
 }
 
+diagnostic_msgs::msg::DiagnosticStatus HostStatus::clock(const std::optional<ClockStep>& step) {
+  auto status = make_status(name_ + ": clock");
+  if (step) {
+    ++clock_steps_;
+    last_clock_step_ = to_text(*step);
+    status.level = static_cast<std::uint8_t>(DiagnosticLevel::kWarn);
+    status.message = last_clock_step_;
+  }
+  add(status, "steps", std::to_string(clock_steps_));
+  add(status, "last_step", last_clock_step_.empty() ? "none" : last_clock_step_);
+  return status;
+}
+
 diagnostic_msgs::msg::DiagnosticStatus HostStatus::network(const Graph& graph,
                                                            const std::string& error) const {
   doctor::Observation seen;

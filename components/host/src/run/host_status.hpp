@@ -3,11 +3,14 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <diagnostic_msgs/msg/diagnostic_status.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/clock_watch.hpp"
 #include "pipescout/runtime/graph.hpp"
 #include "pipescout/runtime/time.hpp"
 
@@ -24,6 +27,9 @@ class HostStatus {
   /// Of this process and its children; the CPU time is that since the last call.
   [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus process(const std::vector<pid_t>& children,
                                                                SteadyTime now);
+  /// What the system clock of the machine says, and how it was set last. A warning when `step` is
+  /// new: the stamps of all that is published go with it.
+  [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus clock(const std::optional<ClockStep>& step);
   /// Nodes of the same names, and several publishers of one clock; and `error`, unless it is empty.
   [[nodiscard]] diagnostic_msgs::msg::DiagnosticStatus network(const Graph& graph,
                                                                const std::string& error = {}) const;
@@ -33,6 +39,8 @@ class HostStatus {
   std::vector<NodeName> nodes_;  ///< ours, with the host
   std::map<pid_t, double> cpu_seconds_;
   SteadyTime looked_at_{};
+  std::uint64_t clock_steps_ = 0;
+  std::string last_clock_step_;
   const Time started_;
 };
 

@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/clock_watch.hpp"
 #include "core/watchdog.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
 #include "pipescout/dds/dds_transport.hpp"
@@ -427,11 +428,27 @@ class Run {
       all.push_back(std::move(status));
     }
     all.push_back(host_status_->process(children, now));
+    all.push_back(look_at_clock());
     all.push_back(network_status_);
     if (exports_) {
       all.push_back(exports_->status());
     }
     host_->publish_diagnostics(std::move(all));
+  }
+
+  diagnostic_msgs::msg::DiagnosticStatus look_at_clock() {
+    // Where this thread had to wait in between, the two clocks do not tell the same moment.
+    constexpr Duration kLongestRead = std::chrono::milliseconds(10);
+    const SteadyTime before = steady_now();
+    const Time system = context_->system_clock()->now();
+    std::optional<ClockStep> step;
+    if (steady_now() - before <= kLongestRead) {
+      step = clock_watch_.look(system, before);
+    }
+    if (step) {
+      container_->node().logger().warn(to_text(*step));
+    }
+    return host_status_->clock(step);
   }
 
   void check_executor() const {
@@ -721,6 +738,7 @@ class Run {
   std::string diagnostics_states_;
   std::optional<HostStatus> host_status_;
   diagnostic_msgs::msg::DiagnosticStatus network_status_;
+  ClockWatch clock_watch_;
   bool graph_changed_ = false;
   SteadyTime graph_looked_at_{};
   std::shared_ptr<Context> context_;

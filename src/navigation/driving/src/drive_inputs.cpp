@@ -52,6 +52,15 @@ std::span<const Point2d> DriveInputs::told_cells(double now) const {
   return fresh ? std::span<const Point2d>(told_) : std::span<const Point2d>();
 }
 
+void DriveInputs::forget() {
+  localisation_.reset();
+  scan_time_.reset();
+  told_.clear();
+  told_at_ = 0;
+  costmap_.clear();
+  obstacles_.clear();
+}
+
 DriveInput DriveInputs::add(const Localisation& localisation) {
   const auto& l = localisation;
   if (!is_finite(l.pose) ||

@@ -19,6 +19,8 @@ class DriveInputs {
   DriveInput add(const Localisation& localisation);
   DriveInput add(const ScanView& scan, const Pose2d& T_robot_lidar);
   void set_obstacles(std::span<const Point2d> cells, double time);
+  /// The clock was set back: what was before cannot be compared with what comes, and is forgotten.
+  void forget();
   /// Cells that were told and are not forgotten.
   [[nodiscard]] std::span<const Point2d> told_cells(double now) const;
   /// False when more were told than can be kept.

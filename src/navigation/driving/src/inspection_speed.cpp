@@ -91,7 +91,7 @@ InspectionDecision InspectionSpeed::lost(const InspectionView& view, InspectionD
           given_up_ ? InspectionReason::kPipeGivenUp : InspectionReason::kTrackLost);
     return decision;
   }
-  if (!lost_since_) {
+  if (!lost_since_ || view.time < *lost_since_) {  // or the clock was set back
     lost_since_ = view.time;
   }
   const double without = view.time - *lost_since_;

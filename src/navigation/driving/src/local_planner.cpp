@@ -31,6 +31,7 @@ constexpr double kTightFree = 1.5;       ///< m that this must free to be worth 
 constexpr double kGoalRun = 4;           ///< m, of another approach to the goal
 constexpr double kSearch = 1.5;          ///< m of arc length
 constexpr double kTangential = 1;        ///< m before the end, where its tangent counts
+constexpr double kNewBeginning = 1;      ///< s: the clock was set back by more
 /// 1 + twice as many offsets as the largest allowed needs.
 constexpr std::size_t kMostOffsets = 2 * 34 + 1;
 
@@ -147,6 +148,7 @@ class LocalPlanner::Implementation {
   std::size_t next_ = 0;
   double steering_ = 0;  ///< rad, of the wheels, by the model
   Sent last_;
+  std::optional<double> last_cycle_;  ///< s
 };
 
 DriveCommand LocalPlanner::Implementation::send(DriveCommand command, double speed, double steering,
@@ -332,6 +334,10 @@ DriveCommand LocalPlanner::Implementation::blocked(DriveCommand command,
 DriveCommand LocalPlanner::Implementation::cycle(double now) {
   const auto& p = parameters_;
   DriveCommand command;
+  if (last_cycle_ && now < *last_cycle_ - kNewBeginning) {
+    inputs_.forget();
+  }
+  last_cycle_ = now;
   if (track_.empty()) {
     return halt(command, DriveState::kIdle, DriveReason::kNone);
   }

@@ -504,6 +504,22 @@ TEST_F(LocalPlannerTest, RefusesWhatIsWrong) {
   EXPECT_EQ(planner_.add(ScanView{}, {}), DriveInput::kBadGeometry);
 }
 
+TEST_F(LocalPlannerTest, DrivesOnWhenTheClockIsSetBack) {
+  planner_.set_path(path_of({}, {{0, 30}}));
+  for (int i = 0; i < 40; ++i) {
+    step();
+  }
+  ASSERT_GT(speed_, 0.5);
+  time_ -= 60;
+  // The first readings after that are from before what it knows, until it has looked at the clock.
+  EXPECT_EQ(step().reason, DriveReason::kLocalisationMissing);
+  EXPECT_EQ(step().reason, DriveReason::kNone);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(step().state, DriveState::kDriving);
+  }
+  EXPECT_GT(speed_, 0.5);
+}
+
 TEST_F(LocalPlannerTest, TakesNothingFromTheHeap) {
   for (double y = -6; y <= 6; y += 0.05) {
     points_.push_back({12, y});

@@ -317,7 +317,7 @@ bool MoveBase::Implementation::waits_too_long(double now, DriveReason reason) {
     waits_since_.reset();
     return false;
   }
-  if (!waits_since_) {
+  if (!waits_since_ || now < *waits_since_) {  // or the clock was set back
     waits_since_ = now;
   }
   if (now - *waits_since_ < parameters_.lost_after) {
