@@ -4,14 +4,31 @@
 import csv
 import json
 import os
+import re
 import subprocess
+
+# What a mission is there to tell of: findings, and what its odometers do wrong by design of the simulation.
+FINDINGS = re.compile(
+    r"leak \d+ raised: "
+    r"|odometer '\w+': (slipping|stuck|worn|bad values|silent)$"
+    r"|weld spacing (shows that the fused odometer was wrong|differs from the tally) by ")
+
+
+def environment():
+    result = dict(os.environ, ROS_LOCALHOST_ONLY="1")
+    result.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+    return result
+
+
+def warnings(told):
+    """Lines of the log that a healthy mission does not have."""
+    lines = [line for line in told.splitlines() if re.match(r"\[(WARN|ERROR|FATAL)\]", line)]
+    return [line for line in lines if not FINDINGS.search(line)]
 
 
 def pipescout(*arguments, timeout):
-    environment = dict(os.environ, ROS_LOCALHOST_ONLY="1")
-    environment.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
     try:
-        result = subprocess.run(["pipescout", *map(str, arguments)], env=environment,
+        result = subprocess.run(["pipescout", *map(str, arguments)], env=environment(),
                                 timeout=timeout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 text=True)
     except subprocess.TimeoutExpired as expired:

@@ -16,6 +16,13 @@ constexpr double kNanoseconds = 1e9;
 /// No driver is that late: stamps further off are of another clock.
 constexpr double kOtherClock = 60.0;  // s
 
+/// Many nodes publish what they say of themselves on one topic, each by its own clock: that of the
+/// system beside a simulated one, which may not have begun. Such stamps are no measurements.
+bool is_of_many_clocks(const std::string& type) {
+  return type == "diagnostic_msgs/msg/DiagnosticArray" ||
+         type == "pipescout_msgs/msg/MissionStatus";
+}
+
 double seconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) / kNanoseconds;
 }
@@ -23,7 +30,7 @@ double seconds(std::int64_t nanoseconds) {
 }  // namespace
 
 TopicTimes::TopicTimes(bags::BagTopic topic, const MessageType* type)
-    : topic_(std::move(topic)), has_header_(begins_with_header(type)) {}
+    : topic_(std::move(topic)), has_header_(begins_with_header(type) && !is_of_many_clocks(topic_.type)) {}
 
 void TopicTimes::add(const bags::BagMessage& message) {
   if (messages_ == 0) {

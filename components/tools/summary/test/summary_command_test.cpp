@@ -29,8 +29,10 @@ namespace {
 using pipescout_msgs::msg::MissionStatus;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 namespace fs = std::filesystem;
 
@@ -125,6 +127,15 @@ TEST_F(SummaryOfABag, StampsOfAnotherClockGoingBackOrMissingAreNamed) {
                     Contains(HasSubstr("/boot_time: stamps are of another clock than the "
                                        "recording's, 1699999990.000 s before it.")),
                     Contains("/none: 1 of 1 messages have no stamp.")));
+}
+
+TEST_F(SummaryOfABag, NodesReportByClocksOfTheirOwn) {
+  diagnostic_msgs::msg::DiagnosticArray told;
+  for (const int stamp : {1'800'000'000, 0, 7}) {
+    told.header.stamp.sec = stamp;
+    write("/diagnostics", told, 1000.0);
+  }
+  EXPECT_THAT(sections().sections.at("topics").notes, Each(Not(HasSubstr("/diagnostics"))));
 }
 
 TEST_F(SummaryOfABag, MotionIsToldOfStandardMessages) {
