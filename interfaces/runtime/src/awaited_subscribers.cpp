@@ -66,7 +66,7 @@ class AwaitedSubscribers::Impl : public std::enable_shared_from_this<Impl> {
       // By real time: simulated time may not run before.
       complaint_ = std::make_unique<Timer>(node_.default_group(), kUsualWait, [this] {
         complaint_->set_enabled(false);
-        node_.logger().warn("before " + what_ + " it waits for the subscriptions of " + missing());
+        node_.logger().info("before " + what_ + " it waits for the subscriptions of " + missing());
       });
     }
   }

@@ -95,6 +95,7 @@ CallbackReturn StateEstimator::on_configure() {
   told_updates_ = 0;
   hinted_.reset();
   rack_is_lost_ = false;
+  has_run_ = false;
   start_is_given_ = false;
   status_ = {};
   told_ = {};
@@ -569,6 +570,7 @@ void StateEstimator::publish_pose_hint() {
 }
 
 void StateEstimator::tell_status() {
+  has_run_ = has_run_ || status_.phase == Phase::kRunning;
   if (status_.phase != told_.phase || status_.text != told_.text) {
     const std::string phase(to_string(status_.phase));
     const std::string text = status_.text.empty() ? phase : phase + ": " + status_.text;
@@ -583,7 +585,8 @@ void StateEstimator::tell_status() {
     } else if (status_.phase == Phase::kRunning && status_.text.empty()) {
       diagnostics().set_status(DiagnosticLevel::kOk, text);
     } else {
-      diagnostics().set_status(DiagnosticLevel::kWarn, text);
+      // What it waits for at its start has not begun, which is no fault.
+      diagnostics().set_status(has_run_ ? DiagnosticLevel::kWarn : DiagnosticLevel::kStale, text);
     }
     if (status_.phase != told_.phase) {
       logger().info(text);

@@ -552,10 +552,15 @@ void Navigator::tell(const MoveStatus& status) {
   if (text == told_) {
     return;
   }
-  const bool blind = status.waits_for != navigation::DriveReason::kNone;
+  using navigation::DriveReason;
+  const bool blind = status.waits_for != DriveReason::kNone;
+  // None has come yet: its source has not begun.
+  const bool waits = status.waits_for == DriveReason::kLocalisationMissing ||
+                     status.waits_for == DriveReason::kScanMissing;
   diagnostics().set_value("state", state);
   diagnostics().set_value("reason", reason);
-  diagnostics().set_status(blind                                ? DiagnosticLevel::kError
+  diagnostics().set_status(waits                                ? DiagnosticLevel::kStale
+                           : blind                              ? DiagnosticLevel::kError
                            : status.state == MoveState::kFailed ? DiagnosticLevel::kWarn
                                                                 : DiagnosticLevel::kOk,
                            text);

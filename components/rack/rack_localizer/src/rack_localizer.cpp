@@ -253,6 +253,7 @@ CallbackReturn RackLocalizer::on_configure() {
   odometry_.emplace(kOdometryHistory, kOdometryReach);
   last_image_.reset();
   last_status_ = TrackStatus::kNotStarted;
+  has_tracked_ = false;
   if (const auto position = three(start_position_)) {
     const auto angles = three(start_roll_pitch_yaw_);
     // A base that faces along the flow, which is rack y.
@@ -427,9 +428,12 @@ void RackLocalizer::on_image(const Image& message) {
 void RackLocalizer::publish(const Image& image, const RackTrackerResult& result) {
   if (result.status != last_status_) {
     if (result.status == TrackStatus::kTracking) {
+      has_tracked_ = true;
       logger().info("tracking the rack");
-    } else if (result.status == TrackStatus::kLost) {
+    } else if (result.status == TrackStatus::kLost && has_tracked_) {
       report_fault("track.lost", "the rack is lost: " + std::string(result.reason));
+    } else if (result.status == TrackStatus::kLost) {
+      logger().info("the rack is not found yet: " + std::string(result.reason));
     }
     last_status_ = result.status;
   }

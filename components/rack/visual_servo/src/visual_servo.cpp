@@ -239,6 +239,7 @@ CallbackReturn VisualServo::on_configure() {
   told_state_ = ServoState::kIdle;
   told_outcomes_ = 0;
   told_complete_ = false;
+  has_flown_ = false;
   // Its last command, zero, is said after the managed endpoints have been disabled.
   publisher_ = create_publisher(topics::kVelocityCommand,
                                 {.events = {.matched = awaited_.on_matched()}, .managed = false});
@@ -391,7 +392,11 @@ void VisualServo::tell(const ServoCommand& command) {
     told_state_ = command.state;
     const bool flies = command.state == ServoState::kServoing;
     diagnostics().set_value("state", to_string(command.state));
-    diagnostics().set_status(flies ? DiagnosticLevel::kOk : DiagnosticLevel::kWarn,
+    has_flown_ = has_flown_ || flies;
+    // Before the first pose its source has not begun.
+    diagnostics().set_status(flies        ? DiagnosticLevel::kOk
+                             : has_flown_ ? DiagnosticLevel::kWarn
+                                          : DiagnosticLevel::kStale,
                              flies ? "" : std::string("no pose: ") + to_string(command.state));
     logger().info(std::string("now ") + to_string(command.state));
   }

@@ -131,6 +131,7 @@ class StateEstimator final : public Component {
   std::uint64_t told_updates_ = 0;
   std::optional<Time> hinted_;
   bool rack_is_lost_ = false;
+  bool has_run_ = false;  // since it was configured
   bool start_is_given_ = false;
   estimation::EstimatorStatus status_;  // at the newest keyframe; not computed for each reading
   estimation::EstimatorStatus told_;

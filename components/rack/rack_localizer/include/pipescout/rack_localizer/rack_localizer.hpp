@@ -120,6 +120,7 @@ class RackLocalizer final : public Component {
   std::optional<rack_vision::IntrinsicsBelief> intrinsics_;  ///< when they are estimated
   std::vector<rack_vision::PipeShapeEstimate> shapes_;
   rack_vision::TrackStatus last_status_ = rack_vision::TrackStatus::kNotStarted;
+  bool has_tracked_ = false;  // since it was configured
 
   Publisher<Pose> pose_publisher_;
   Publisher<State> state_publisher_;

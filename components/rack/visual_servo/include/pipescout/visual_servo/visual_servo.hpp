@@ -115,6 +115,7 @@ class VisualServo final : public Component {
   rack_vision::ServoState told_state_ = rack_vision::ServoState::kIdle;
   std::size_t told_outcomes_ = 0;
   bool told_complete_ = false;
+  bool has_flown_ = false;  // by a pose, since it was configured
 
   Publisher<Twist> publisher_;
   Subscription<Pose> pose_subscription_;
