@@ -227,8 +227,14 @@ TEST_F(NavigatorTest, FollowsARouteAndInspectsATour) {
 
 TEST_F(NavigatorTest, RefusesAndFailsWithAReason) {
   start();
-  EXPECT_FALSE(go_to({15, 8, 0}, "odom")->accepted);
+  // Each time: who asks again wants to know again.
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_FALSE(go_to({15, 8, 0}, "odom")->accepted);
+    EXPECT_THAT(harness_.logs().back().text,
+                HasSubstr("rejected: the goal is in frame 'odom', not in 'map'"));
+  }
   EXPECT_FALSE(go_to({std::numeric_limits<double>::quiet_NaN(), 8, 0})->accepted);
+  EXPECT_THAT(harness_.logs().back().text, HasSubstr("rejected: "));
   for (const auto& [pose, reason] : {std::pair{Pose2d{30, 15, 0}, "goal in collision"},
                                      std::pair{Pose2d{-20, 15, 0}, "goal outside the map"}}) {
     const auto goal = go_to(pose);

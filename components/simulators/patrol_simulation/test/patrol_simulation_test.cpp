@@ -154,6 +154,51 @@ TEST(PatrolSimulation, InAPlantItWritesTheMapAndAsksForATour) {
   EXPECT_THAT(progress.back().message, HasSubstr("2 rows driven along, 0 left out"));
 }
 
+TEST(PatrolSimulation, WithoutATourThePlantRunsUntilItsTimeIsOver) {
+  ComponentHarness harness;
+  const auto scans = harness.collect(topics::kScan);
+  const auto clock = harness.collect(topics::kClock);
+  const auto progress = harness.collect(topics::kMissionStatus);
+  int asked = 0;
+  const auto server = harness.peer().create_action_server<InspectTour>(
+      "inspect_tour", {.accepted = [&](const ServerGoal<InspectTour>&) { ++asked; }});
+  auto& simulation = harness.make<PatrolSimulation>(
+      {.parameters = small_plant({kLeakRows,
+                                  {"plant.with_tour", false},
+                                  {"plant.time_limit", 2.0},
+                                  {"plant.duration", 4.0}})});
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until(
+      [&] { return !progress.empty() && progress.back().state != MissionStatus::RUNNING; }));
+  EXPECT_EQ(progress.back().state, MissionStatus::COMPLETE) << progress.back().message;
+  EXPECT_EQ(asked, 0);
+  EXPECT_NEAR(to_seconds(from_message(clock.back().clock) - from_message(clock.at(0).clock)), 4.0,
+              0.11);
+}
+
+TEST(PatrolSimulation, AnotherGoalPreemptsTheTourAndThePlantGoesOn) {
+  ComponentHarness harness;
+  const auto scans = harness.collect(topics::kScan);
+  const auto clock = harness.collect(topics::kClock);
+  const auto progress = harness.collect(topics::kMissionStatus);
+  const auto server = harness.peer().create_action_server<InspectTour>(
+      "inspect_tour", {.accepted = [&](const ServerGoal<InspectTour>& goal) {
+        InspectTour::Result result;
+        result.reason = "preempted";
+        goal.abort(result);
+      }});
+  auto& simulation =
+      harness.make<PatrolSimulation>({.parameters = small_plant({kLeakRows,
+                                                                 {"plant.time_limit", 2.0},
+                                                                 {"plant.duration", 4.0}})});
+  ASSERT_TRUE(harness.bring_up(simulation).success);
+  ASSERT_TRUE(harness.spin_until(
+      [&] { return !progress.empty() && progress.back().state != MissionStatus::RUNNING; }));
+  EXPECT_EQ(progress.back().state, MissionStatus::COMPLETE) << progress.back().message;
+  EXPECT_NEAR(to_seconds(from_message(clock.back().clock) - from_message(clock.at(0).clock)), 4.0,
+              0.11);
+}
+
 TEST(PatrolSimulation, TellsWhereTheLeaksAre) {
   ComponentHarness harness;
   auto& simulation = harness.make<PatrolSimulation>({.parameters = short_patrol()});
