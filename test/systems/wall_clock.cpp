@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a program, lets a test set its wall clock while it runs: the file that the variable
-// WALL_CLOCK names holds the seconds that are added to the time of the system, as 8 bytes.
+// Preloaded into a program, lets a test set its wall clock while it runs: the file that the
+// variable WALL_CLOCK names holds the seconds that are added to the time of the system, as 8 bytes.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>

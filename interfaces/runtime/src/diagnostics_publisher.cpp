@@ -13,8 +13,8 @@
 #include "endpoint_name.hpp"
 #include "input_watch.hpp"
 #include "pipescout/runtime/conversions.hpp"
-#include "pipescout/runtime/standard_topics.hpp"
 #include "pipescout/runtime/severity.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
 
 namespace pipescout {
 

@@ -16,9 +16,7 @@ constexpr int kLooksBeforeWord = 2;
 }  // namespace
 
 SilenceWatch::SilenceWatch(Component& component, std::string counter, ReportFault report_fault)
-    : component_(component),
-      counter_(std::move(counter)),
-      report_fault_(std::move(report_fault)) {}
+    : component_(component), counter_(std::move(counter)), report_fault_(std::move(report_fault)) {}
 
 void SilenceWatch::start(std::string what, double silent_after) {
   what_ = std::move(what);

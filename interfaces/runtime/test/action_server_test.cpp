@@ -168,16 +168,19 @@ TEST_F(ActionServerOnTheWire, RejectsWhatTheHandlerRejectsAndEveryIdentifierTwic
 TEST_F(ActionServerOnTheWire, SaysInItsLogWhyItRejects) {
   FibonacciServer server(process_.node);
   std::vector<std::string> lines;
-  process_.node.logger().set_sink(
-      [&](LogSeverity, const std::string& text, const Logger::Location&) { lines.push_back(text); });
+  Logger logger = process_.node.logger();  // a copy shares its state
+  logger.set_sink([&](LogSeverity, const std::string& text, const Logger::Location&) {
+    lines.push_back(text);
+  });
   server.rejection = "a sequence of nothing";
   EXPECT_FALSE(send(1)->accepted);
   server.rejection.reset();
   server.decision = GoalDecision::kReject;
   EXPECT_FALSE(send(1)->accepted);
-  process_.node.logger().set_sink({});
+  logger.set_sink({});
   const std::string goal = "action '/fibonacci': goal " + to_string(id_of(1)) + " rejected: ";
-  EXPECT_THAT(lines, ElementsAre(goal + "a sequence of nothing", goal + "the server gives no reason"));
+  EXPECT_THAT(lines,
+              ElementsAre(goal + "a sequence of nothing", goal + "the server gives no reason"));
   EXPECT_EQ(server.server.statistics().rejected, 2U);
 }
 

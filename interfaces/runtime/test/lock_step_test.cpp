@@ -286,7 +286,8 @@ TEST_F(LockStepAcrossProcesses, ReportsBelongToTheNodesThatFollowTheClock) {
   EXPECT_TRUE(run_until([&] { return owners(here_->graph()) == both; }));
   EXPECT_EQ(owners(there_->graph()), both);
   first.reset();
-  EXPECT_TRUE(run_until([&] { return owners(here_->graph()) == std::vector<std::string>{"second"}; }));
+  EXPECT_TRUE(
+      run_until([&] { return owners(here_->graph()) == std::vector<std::string>{"second"}; }));
 }
 
 TEST_F(LockStepAcrossProcesses, DoesNotWaitForWhoDoesNotFollowItsClock) {

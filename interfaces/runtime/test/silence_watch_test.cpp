@@ -25,7 +25,8 @@ class Listener : public Component {
   explicit Listener(ComponentOptions options) : Component(std::move(options)) {}
 
   std::vector<std::string> faults;
-  SilenceWatch watch{*this, "image.silent", [this](std::string_view counter, std::string_view text) {
+  SilenceWatch watch{*this, "image.silent",
+                     [this](std::string_view counter, std::string_view text) {
                        faults.push_back(std::string(counter) + ": " + std::string(text));
                      }};
 

@@ -196,8 +196,7 @@ class ServerLog {
 
   [[nodiscard]] std::set<NodeName> servers() const {
     std::set<NodeName> names;
-    for (const auto& [node, types] :
-         nodes_of_action(session_.graph().endpoints(), action_, true)) {
+    for (const auto& [node, types] : nodes_of_action(session_.graph().endpoints(), action_, true)) {
       names.insert(node);
     }
     return names;
@@ -311,8 +310,8 @@ int send_goal(Session& session, const SendOptions& options) {
     std::cout << "Goal was rejected.\n";
     const auto why = log.why_rejected(id);
     std::cerr << (why ? "The log of the server says: " + *why
-                      : "The server has logged no reason on " +
-                            std::string(topics::kRosout.name) + '.')
+                      : "The server has logged no reason on " + std::string(topics::kRosout.name) +
+                            '.')
               << '\n';
     return kExitError;
   }

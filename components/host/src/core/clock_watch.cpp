@@ -35,13 +35,12 @@ std::optional<ClockStep> ClockWatch::look(Time system, SteadyTime steady) {
 
 std::string to_text(const ClockStep& step) {
   std::array<char, 32> seconds{};
-  const auto end =
-      std::to_chars(seconds.data(), seconds.data() + seconds.size(),
-                    std::abs(to_seconds(step.by)), std::chars_format::fixed, 1);
+  const auto end = std::to_chars(seconds.data(), seconds.data() + seconds.size(),
+                                 std::abs(to_seconds(step.by)), std::chars_format::fixed, 1);
   return "the system clock of this machine was set " +
          std::string(step.by < Duration::zero() ? "back" : "forward") + " by " +
-         std::string(seconds.data(), end.ptr) +
-         " s, from " + utc(step.from) + " to " + utc(step.to) + ": stamps go with it";
+         std::string(seconds.data(), end.ptr) + " s, from " + utc(step.from) + " to " +
+         utc(step.to) + ": stamps go with it";
 }
 
 }  // namespace pipescout::host

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "pipescout/dds/dds_transport.hpp"
-#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
 #include "pipescout/runtime/executor_thread.hpp"
+#include "pipescout/runtime/goal_rejected.hpp"
 #include "pipescout/runtime/node.hpp"
 #include "program.hpp"
 
@@ -69,9 +69,7 @@ class ActionCommand : public ::testing::Test {
   Executor executor_;
   std::mutex mutex_;
   ServerGoal<Fibonacci> kept_;
-  Node node_{{.context = context_,
-              .executor = &executor_,
-              .name = {"/robot", "mathematician"}}};
+  Node node_{{.context = context_, .executor = &executor_, .name = {"/robot", "mathematician"}}};
   ActionServer<Fibonacci> server_ = node_.create_action_server<Fibonacci>(
       "fibonacci", {.decide =
                         [](const GoalId&, const std::shared_ptr<const Fibonacci::Goal>& goal) {
@@ -132,9 +130,10 @@ TEST_F(ActionCommand, TellsOfARejectedGoalAndWhy) {
   const auto finished = send("{order: 0}");
   EXPECT_EQ(finished.code(), 1);
   EXPECT_THAT(finished.out, HasSubstr("\nGoal was rejected.\n"));
-  EXPECT_THAT(finished.err,
-              MatchesRegex("The log of the server says: robot.mathematician: action "
-                           "'/robot/fibonacci': goal [0-9a-f]{32} rejected: a sequence of nothing\n"));
+  EXPECT_THAT(
+      finished.err,
+      MatchesRegex("The log of the server says: robot.mathematician: action "
+                   "'/robot/fibonacci': goal [0-9a-f]{32} rejected: a sequence of nothing\n"));
   EXPECT_THAT(send("{order: -1}").err, HasSubstr(" rejected: the server gives no reason\n"));
 }
 

@@ -32,9 +32,10 @@ TEST_F(ClockWatchTest, SaysWhichClockWasSetByHowMuchAndWhen) {
   const auto step = look(-seconds(60));
   ASSERT_TRUE(step);
   EXPECT_EQ(step->by, -seconds(60));
-  EXPECT_EQ(to_text(*step),
-            "the system clock of this machine was set back by 60.0 s, from 2026-11-29T07:45:10.000Z "
-            "to 2026-11-29T07:44:10.000Z: stamps go with it");
+  EXPECT_EQ(
+      to_text(*step),
+      "the system clock of this machine was set back by 60.0 s, from 2026-11-29T07:45:10.000Z "
+      "to 2026-11-29T07:44:10.000Z: stamps go with it");
   EXPECT_FALSE(look()) << "it is told once";
 }
 
@@ -49,7 +50,8 @@ TEST_F(ClockWatchTest, SaysThatItWasSetForward) {
 
 TEST_F(ClockWatchTest, AClockThatIsDisciplinedIsNotSet) {
   for (int i = 0; i < 1000; ++i) {
-    EXPECT_FALSE(look(i % 2 == 0 ? std::chrono::microseconds(500) : -std::chrono::microseconds(500)));
+    EXPECT_FALSE(
+        look(i % 2 == 0 ? std::chrono::microseconds(500) : -std::chrono::microseconds(500)));
   }
   // A machine that sleeps, or a process that is stopped, looks later.
   steady_ += seconds(600);

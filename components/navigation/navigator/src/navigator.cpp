@@ -307,8 +307,8 @@ void Navigator::on_leak(const LeakEvent& message) {
 
 navigation::Pose2d Navigator::goal_pose(const PoseStamped& message) const {
   if (message.header.frame_id != settings_->map_frame) {
-    throw std::invalid_argument("the goal is in frame '" + message.header.frame_id +
-                                "', not in '" + settings_->map_frame + "'");
+    throw std::invalid_argument("the goal is in frame '" + message.header.frame_id + "', not in '" +
+                                settings_->map_frame + "'");
   }
   return plane_pose(message.pose);
 }

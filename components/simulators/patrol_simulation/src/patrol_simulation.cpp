@@ -37,9 +37,9 @@ constexpr std::array kWheelNames{"front_left", "front_right", "rear_left", "rear
 constexpr std::uint64_t kScansPerProgress = 100;
 constexpr double kMilliseconds = 1e3;
 constexpr double kCentimetres = 100;
-constexpr double kScanPeriod = 0.1;          // s
-constexpr double kLidarNearest = 0.1;        // m
-constexpr double kOdometerDeviation = 0.01;  // m, stated of a reading
+constexpr double kScanPeriod = 0.1;              // s
+constexpr double kLidarNearest = 0.1;            // m
+constexpr double kOdometerDeviation = 0.01;      // m, stated of a reading
 constexpr const char* kPreempted = "preempted";  // the navigator's word for it
 
 Time at(double seconds) {

@@ -60,8 +60,9 @@ PlantParameters::PlantParameters(Parameters& parameters)
                       "with a pipe"});
   with_tour_ = parameters.declare<bool>(
       "plant.with_tour", true,
-      {.description = "the operator asks for a tour, with which the patrol ends; false: others drive "
-                      "the robot"});
+      {.description =
+           "the operator asks for a tour, with which the patrol ends; false: others drive "
+           "the robot"});
   time_limit_ = parameters.declare<double>(
       "plant.time_limit", 1800.0,
       {.description = "s, simulated, after which the operator gives up the tour",

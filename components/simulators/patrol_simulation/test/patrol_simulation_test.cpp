@@ -162,11 +162,11 @@ TEST(PatrolSimulation, WithoutATourThePlantRunsUntilItsTimeIsOver) {
   int asked = 0;
   const auto server = harness.peer().create_action_server<InspectTour>(
       "inspect_tour", {.accepted = [&](const ServerGoal<InspectTour>&) { ++asked; }});
-  auto& simulation = harness.make<PatrolSimulation>(
-      {.parameters = small_plant({kLeakRows,
-                                  {"plant.with_tour", false},
-                                  {"plant.time_limit", 2.0},
-                                  {"plant.duration", 4.0}})});
+  auto& simulation =
+      harness.make<PatrolSimulation>({.parameters = small_plant({kLeakRows,
+                                                                 {"plant.with_tour", false},
+                                                                 {"plant.time_limit", 2.0},
+                                                                 {"plant.duration", 4.0}})});
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until(
       [&] { return !progress.empty() && progress.back().state != MissionStatus::RUNNING; }));
@@ -187,10 +187,8 @@ TEST(PatrolSimulation, AnotherGoalPreemptsTheTourAndThePlantGoesOn) {
         result.reason = "preempted";
         goal.abort(result);
       }});
-  auto& simulation =
-      harness.make<PatrolSimulation>({.parameters = small_plant({kLeakRows,
-                                                                 {"plant.time_limit", 2.0},
-                                                                 {"plant.duration", 4.0}})});
+  auto& simulation = harness.make<PatrolSimulation>(
+      {.parameters = small_plant({kLeakRows, {"plant.time_limit", 2.0}, {"plant.duration", 4.0}})});
   ASSERT_TRUE(harness.bring_up(simulation).success);
   ASSERT_TRUE(harness.spin_until(
       [&] { return !progress.empty() && progress.back().state != MissionStatus::RUNNING; }));

@@ -30,7 +30,8 @@ double seconds(std::int64_t nanoseconds) {
 }  // namespace
 
 TopicTimes::TopicTimes(bags::BagTopic topic, const MessageType* type)
-    : topic_(std::move(topic)), has_header_(begins_with_header(type) && !is_of_many_clocks(topic_.type)) {}
+    : topic_(std::move(topic)),
+      has_header_(begins_with_header(type) && !is_of_many_clocks(topic_.type)) {}
 
 void TopicTimes::add(const bags::BagMessage& message) {
   if (messages_ == 0) {

@@ -106,10 +106,9 @@ class ThermalTracker final : public Component {
   Subscription<Image> image_subscription_;
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
-  SilenceWatch image_silence_{*this, "image.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch image_silence_{
+      *this, "image.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

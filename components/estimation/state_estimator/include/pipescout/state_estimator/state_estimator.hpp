@@ -148,10 +148,9 @@ class StateEstimator final : public Component {
   Subscription<RackState> rack_state_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Pose> initial_pose_subscription_;
-  SilenceWatch imu_silence_{*this, "imu.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch imu_silence_{
+      *this, "imu.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
   std::shared_ptr<Timer> status_timer_;
   std::vector<NamedInput> named_;  // as settings_.sources
 };

@@ -121,10 +121,9 @@ class OdometerStreamFusion final : public Component {
   Subscription<Readings> readings_subscription_;
   Subscription<Weld> weld_subscription_;
   Subscription<Imu> imu_subscription_;
-  SilenceWatch readings_silence_{*this, "readings.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch readings_silence_{
+      *this, "readings.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
 };
 
 }  // namespace pipescout

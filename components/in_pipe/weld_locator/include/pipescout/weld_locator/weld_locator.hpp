@@ -128,14 +128,12 @@ class WeldLocator final : public Component {
   Subscription<Bend> bend_subscription_;
   Subscription<Fused> fused_subscription_;
   Subscription<Samples> samples_subscription_;
-  SilenceWatch fused_silence_{*this, "fused.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
-  SilenceWatch samples_silence_{*this, "eddy_current.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch fused_silence_{
+      *this, "fused.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
+  SilenceWatch samples_silence_{
+      *this, "eddy_current.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

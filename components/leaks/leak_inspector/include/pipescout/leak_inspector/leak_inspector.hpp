@@ -100,10 +100,9 @@ class LeakInspector final : public Component {
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
   Subscription<RackState> rack_subscription_;
-  SilenceWatch image_silence_{*this, "image.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch image_silence_{
+      *this, "image.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
   std::shared_ptr<Timer> counts_timer_;
 };
 

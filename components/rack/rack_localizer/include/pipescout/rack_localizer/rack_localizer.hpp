@@ -128,10 +128,9 @@ class RackLocalizer final : public Component {
   Subscription<CameraInfo> camera_info_subscription_;
   Subscription<Odometry> odometry_subscription_;
   Subscription<Pose> hint_subscription_;
-  SilenceWatch image_silence_{*this, "image.silent",
-                              [this](std::string_view counter, std::string_view text) {
-                                report_fault(counter, text);
-                              }};
+  SilenceWatch image_silence_{
+      *this, "image.silent",
+      [this](std::string_view counter, std::string_view text) { report_fault(counter, text); }};
   std::shared_ptr<Timer> counts_timer_;
 };
 
