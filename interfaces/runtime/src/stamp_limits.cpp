@@ -7,6 +7,9 @@ namespace pipescout {
 
 std::optional<StampFault> StampLimits::find_fault(std::string_view input, Time stamp,
                                                   Time now) const {
+  if (now == Time{}) {
+    return std::nullopt;
+  }
   const double age = to_seconds(now - stamp);
   const std::string name(input);
   if (maximum_age > 0.0 && age > maximum_age) {

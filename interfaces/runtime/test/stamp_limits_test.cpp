@@ -29,6 +29,10 @@ TEST(StampLimits, NamesTheInput) {
   EXPECT_EQ(future->text.substr(0, 7), "image: ");
 }
 
+TEST(StampLimits, NothingIsAFaultBeforeTheClockHasBegun) {
+  EXPECT_FALSE(kLimits.find_fault("image", kNow, Time{}));
+}
+
 TEST(StampLimits, AnyAgeIsRightWithoutALimit) {
   EXPECT_FALSE((StampLimits{.maximum_lead = 0.1}).find_fault("image", Time{}, kNow));
 }

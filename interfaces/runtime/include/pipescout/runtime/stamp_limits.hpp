@@ -21,7 +21,8 @@ struct StampLimits {
   double maximum_age = 0;   ///< s; 0: any age is accepted
   double maximum_lead = 0;  ///< s ahead of the clock
 
-  /// Pure. `input` is the name of the message in counters and texts.
+  /// Pure. `input` is the name of the message in counters and texts. While `now` is zero nothing is
+  /// a fault: a simulated clock stands there until its first message, which may come after others.
   [[nodiscard]] std::optional<StampFault> find_fault(std::string_view input, Time stamp,
                                                      Time now) const;
 };
