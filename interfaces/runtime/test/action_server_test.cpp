@@ -178,7 +178,7 @@ TEST_F(ActionServerOnTheWire, SaysInItsLogWhyItRejects) {
   server.decision = GoalDecision::kReject;
   EXPECT_FALSE(send(1)->accepted);
   logger.set_sink({});
-  const std::string goal = "action '/fibonacci': goal " + to_string(id_of(1)) + " rejected: ";
+  const std::string goal = "action '/robot/fibonacci': goal " + to_string(id_of(1)) + " rejected: ";
   EXPECT_THAT(lines,
               ElementsAre(goal + "a sequence of nothing", goal + "the server gives no reason"));
   EXPECT_EQ(server.server.statistics().rejected, 2U);
