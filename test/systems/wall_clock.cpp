@@ -40,7 +40,7 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
 
 extern "C" int gettimeofday(timeval* time, void* zone) noexcept {
   const auto result = static_cast<int>(syscall(SYS_gettimeofday, time, zone));
-  if (result == 0 && time != nullptr) {
+  if (result == 0) {
     time->tv_sec += added_seconds();
   }
   return result;
