@@ -11,6 +11,8 @@ import subprocess
 FINDINGS = re.compile(
     r"leak \d+ raised: "
     r"|odometer '\w+': (slipping|stuck|worn|bad values|silent)$"
+    r"|the distance of odometer '\w+' is not a finite number"
+    r"|no group of odometers agrees"
     r"|weld spacing (shows that the fused odometer was wrong|differs from the tally) by ")
 
 

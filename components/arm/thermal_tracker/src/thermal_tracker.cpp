@@ -152,7 +152,10 @@ ThermalTracker::Circumstances ThermalTracker::circumstances(Time stamp, const Im
   std::string missing;
   const auto T_base_camera = settings_->mount.T_base_camera(stamp, &missing);
   if (!T_map_base || !covariance) {
-    report_fault("odometry.missing", "no pose of the robot for an image");
+    // Before the first one, odometry has not begun, or there is none.
+    if (odometry_subscription_.statistics().received > 0) {
+      report_fault("odometry.missing", "no pose of the robot for an image");
+    }
     return known;
   }
   if (!T_base_camera) {

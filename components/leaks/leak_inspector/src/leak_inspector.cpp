@@ -286,8 +286,11 @@ void LeakInspector::on_image(const Image& message) {
                  "images without a calibration on thermal/camera_info: leaks have no position");
   } else {
     const FrameResult& result = findings_->update(frame, detections);
-    // A picture without detections is told above.
-    if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections) {
+    // A picture without detections is told above; before the first odometry there is no pose.
+    const bool has_begun =
+        result.fault != InputFault::kNoPose || odometry_subscription_.statistics().received > 0;
+    if (result.fault != InputFault::kNone && result.fault != InputFault::kNoDetections &&
+        has_begun) {
       report_fault(
           "findings." + std::string(to_string(result.fault)),
           "the findings cannot use all of an image: " + std::string(to_string(result.fault)));
