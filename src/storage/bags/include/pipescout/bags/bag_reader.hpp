@@ -19,8 +19,10 @@ namespace pipescout::bags {
 /// Files that were cut or damaged are read as far as they go: `next` first hands out every message
 /// that can be read, then throws. Not thread-safe: one thread at a time; several readers of one bag
 /// do not disturb each other. Memory: the chunks whose log times overlap, or SQLite's own few MB;
-/// an index of some 24 bytes for each message of MCAP files without chunks. A file compressed as a
-/// whole is unpacked into the folder for temporary files while it is read.
+/// an index of some 24 bytes for each message of MCAP files without chunks. Nothing in the bag's
+/// folder is changed or made, and it may be write-protected. A file compressed as a whole is
+/// unpacked into the folder for temporary files while it is read, and a database whose writer was
+/// killed is copied there to be completed.
 class BagReader {
  public:
   /// A bag's folder, with or without `metadata.yaml`, or a single .db3, .mcap or .bag file.
