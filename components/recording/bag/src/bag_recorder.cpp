@@ -130,8 +130,13 @@ class BagRecorder::Recording {
         " topics recorded, " + std::to_string(counts.dropped) + " dropped" +
         (counts.lost > 0 ? ", " + std::to_string(counts.lost) + " lost by the error" : "") + ": " +
         folder_.string());
-    // Nothing is what was asked for where no snapshot was.
-    if (counts.written == 0 && !settings_.queue.snapshot && !has_failed_) {
+    if (has_failed_) {
+      return;
+    }
+    if (const std::string why = queue_.error(); !why.empty()) {
+      report_end(why);  // met only now, in what was still to be written
+    } else if (counts.written == 0 && !settings_.queue.snapshot) {
+      // Without a snapshot nothing is what was asked for.
       recorder_.report_failed("no message was recorded: asked for " + settings_.asked() + "; " +
                               what_was_seen() + "; the bag is empty: " + folder_.string());
     }
@@ -239,6 +244,10 @@ class BagRecorder::Recording {
     has_ended_ = has_failed_ = true;
     graph_changes_.reset();
     subscriptions_.clear();
+    report_end(why);
+  }
+
+  void report_end(const std::string& why) const {
     recorder_.report_failed("the recording has ended: " + why +
                             "; the bag is closed, and lacks the last second at most");
   }

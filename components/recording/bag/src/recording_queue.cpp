@@ -131,6 +131,11 @@ RecordingQueue::Counts RecordingQueue::counts() const {
   return counts_;
 }
 
+std::string RecordingQueue::error() const {
+  const std::lock_guard lock(mutex_);
+  return error_;
+}
+
 bool RecordingQueue::guarded(const std::function<void()>& step) {
   {
     const std::lock_guard lock(mutex_);
@@ -167,6 +172,7 @@ bool RecordingQueue::guarded(const std::function<void()>& step) {
     const std::uint64_t given = counts_.written;
     counts_.written = std::min(given, writer_->metadata().messages);
     counts_.lost += given - counts_.written;
+    error_ = why;
   }
   events_.failed(why);
   return false;

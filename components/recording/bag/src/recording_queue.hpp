@@ -68,6 +68,8 @@ class RecordingQueue {
   void finish();
 
   [[nodiscard]] Counts counts() const;
+  /// Why the recording has ended early; empty: it has not.
+  [[nodiscard]] std::string error() const;
 
  private:
   struct Item {
@@ -104,6 +106,7 @@ class RecordingQueue {
   std::uint64_t kept_bytes_ = 0;
   std::vector<bags::BagTopic> topics_;
   Counts counts_;
+  std::string error_;
   bool has_time_ = false;
   bool ending_ = false;
   bool failed_ = false;

@@ -26,7 +26,6 @@ class SubscriptionWait {
 
   /// To be called after each change of the graph or of the matches.
   void look();
-  [[nodiscard]] bool is_over() const { return !ready_; }
 
  private:
   /// Who is not matched yet, for people: "/listener to /chatter".

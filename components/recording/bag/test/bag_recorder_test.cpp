@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <diagnostic_msgs/msg/diagnostic_status.hpp>
 #include <fstream>
@@ -282,6 +283,32 @@ TEST_F(BagRecorderTest, ItFailsWithItsSource) {
   ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
   EXPECT_EQ(reports(statuses)[0].state, MissionStatus::FAILED);
   EXPECT_EQ(reports(statuses)[0].message, "/source failed: its wheels are off");
+}
+
+TEST_F(BagRecorderTest, ADiskThatIsFullWhenItEndsIsSaidWithWhatIsInTheBag) {
+  ComponentHarness harness;
+  auto& recorder = make(harness, {{"topics", std::vector<std::string>{"words"}}});
+  const auto statuses = harness.collect(topics::kMissionStatus);
+  auto words = harness.peer().create_publisher<String>("words", QoS::reliable());
+  ASSERT_TRUE(harness.bring_up(recorder).success);
+  {
+    const bag_test::SmallDisk disk(200'000);
+    for (int i = 0; i < 10; ++i) {
+      words.publish(text_message(std::string(50'000, 'x')));
+    }
+    EXPECT_TRUE(harness.deactivate(recorder).success);
+  }
+  ASSERT_TRUE(harness.spin_until([&] { return !reports(statuses).empty(); }));
+  EXPECT_EQ(reports(statuses)[0].state, MissionStatus::FAILED);
+  EXPECT_THAT(reports(statuses)[0].message, HasSubstr("the recording has ended: "));
+  const std::size_t in_bag = read_bag(bag_).messages.size();
+  const auto logs = harness.logs();
+  EXPECT_TRUE(std::ranges::any_of(logs, [&](const testing::LogEntry& entry) {
+    return entry.text.starts_with(std::to_string(in_bag) +
+                                  " messages of 1 topics recorded, 0 "
+                                  "dropped, " +
+                                  std::to_string(10 - in_bag) + " lost by the error");
+  }));
 }
 
 TEST_F(BagRecorderTest, WithoutAMessageItFailsAndSaysWhatWasAskedAndSeen) {

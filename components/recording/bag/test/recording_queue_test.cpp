@@ -3,9 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <future>
 #include <limits>
 #include <string>
@@ -187,24 +185,6 @@ TEST_F(RecordingQueueTest, TakesASnapshotOnlyInThatMode) {
   EXPECT_FALSE(queue.take_snapshot());
 }
 
-/// Files of this process can become no larger while it lives, as if the disk were full.
-class SmallDisk {
- public:
-  explicit SmallDisk(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  ~SmallDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
-
 TEST_F(RecordingQueueTest, AFullDiskEndsTheRecordingWithAReadableBag) {
   for (const auto storage : {bags::Storage::kMcap, bags::Storage::kSqlite}) {
     SCOPED_TRACE(bags::storage_identifier(storage));
@@ -213,7 +193,7 @@ TEST_F(RecordingQueueTest, AFullDiskEndsTheRecordingWithAReadableBag) {
     std::promise<std::string> failed;
     RecordingQueue::Counts counts;
     {
-      const SmallDisk disk(32 * 1024 * 1024);
+      const bag_test::SmallDisk disk(32 * 1024 * 1024);
       RecordingQueue queue(
           std::make_unique<bags::BagWriter>(folder, bags::BagWriterOptions{.storage = storage}),
           {.limit = std::numeric_limits<std::uint64_t>::max()},
@@ -225,6 +205,7 @@ TEST_F(RecordingQueueTest, AFullDiskEndsTheRecordingWithAReadableBag) {
       }
       queue.finish();
       counts = queue.counts();
+      EXPECT_THAT(queue.error(), HasSubstr(folder.string()));
     }
     EXPECT_THAT(failed.get_future().get(), HasSubstr(folder.string()));
     EXPECT_LT(counts.written, 1000U);
