@@ -185,9 +185,13 @@ std::filesystem::path RecorderSettings::folder() const {
 }
 
 std::string RecorderSettings::asked() const {
-  std::string text = selection.regex ? "topics that match '" + regex_.get() + "'"
-                     : selection.all ? "all topics"
-                                     : "";
+  std::string text =
+      selection.regex ? "topics that match '" + regex_.get() + "'"
+      : selection.all
+          ? "all topics" + (selection.ns == "/"
+                                ? std::string()
+                                : " in " + selection.ns + " and the namespaces around it")
+          : "";
   for (const std::string& topic : selection.topics) {
     text += (text.empty() ? "topic " : ", ") + topic;
   }
