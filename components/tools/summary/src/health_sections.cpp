@@ -110,7 +110,7 @@ class DiagnosticsSection final : public SectionMaker {
       if (messages > 0) {
         const auto& [node, topic, kind] = key;
         section.rows.push_back({node, topic, kind, static_cast<std::int64_t>(messages)});
-        (is_of_mission(node) ? lost : lost_elsewhere) += messages;
+        (is_of_mission(node) && !is_shared(topic) ? lost : lost_elsewhere) += messages;
       }
     }
     if (nodes_.empty()) {
@@ -127,8 +127,8 @@ class DiagnosticsSection final : public SectionMaker {
     if (lost_elsewhere > 0) {
       section.notes.push_back(
           std::to_string(lost_elsewhere) +
-          " messages were lost by nodes that only listened: they are not of the "
-          "mission.");
+          " messages were lost by nodes that only listened, or of what all nodes of a network say "
+          "of themselves: they are not of the mission.");
     }
     sections["inputs"] = std::move(section);
 
@@ -157,10 +157,22 @@ class DiagnosticsSection final : public SectionMaker {
   /// `status`: "NODE: SUBJECT", NODE with or without its namespace.
   [[nodiscard]] bool is_of_mission(const std::string& status) const {
     const std::string node = status.substr(0, status.find(':'));
-    return mission_.empty() || mission_.contains(node.substr(node.rfind('/') + 1));
+    if (mission_.empty() || mission_.contains(node.starts_with('/') ? node : "/" + node)) {
+      return true;
+    }
+    // Two robots have nodes of one name in two namespaces.
+    return node.find('/') == std::string::npos &&
+           std::any_of(mission_.begin(), mission_.end(), [&](const std::string& name) {
+             return name.substr(name.rfind('/') + 1) == node;
+           });
+  }
+  /// Topics of all nodes of a network, other robots' too. What is lost of them is no input;
+  /// counters on /diagnostics are totals, which the next message has again.
+  [[nodiscard]] static bool is_shared(const std::string& topic) {
+    return topic == "/diagnostics" || topic == "/rosout" || topic == "/parameter_events";
   }
 
-  std::set<std::string> mission_;  // names of its nodes; empty: all are
+  std::set<std::string> mission_;  // its nodes, fully qualified; empty: all are
   std::set<std::string> nodes_;
   std::map<std::tuple<std::string, std::string, std::string>, Total> losses_;
   std::map<std::pair<std::string, std::string>, std::uint64_t> warnings_;

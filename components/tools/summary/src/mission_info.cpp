@@ -17,12 +17,16 @@ std::string text(const YAML::Node& node) {
   return node && node.IsScalar() ? node.Scalar() : "";
 }
 
+NodeName node_of(const YAML::Node& component) {
+  const std::string ns = text(component["namespace"]);
+  return {ns.empty() ? "/" : ns, text(component["name"])};
+}
+
 std::string source_of(const YAML::Node& components) {
   for (const YAML::Node& component : components) {
     const std::string source = text(component["parameters"]["source"]);
     if (text(component["type"]) == "pipescout::BagRecorder" && !source.empty()) {
-      const std::string ns = text(component["namespace"]);
-      return expand_topic_name(source, {ns.empty() ? "/" : ns, text(component["name"])});
+      return expand_topic_name(source, node_of(component));
     }
   }
   return "";
@@ -44,7 +48,7 @@ MissionInfo read_mission_info(const fs::path& mission_folder) {
     if (root["components"]) {
       info.source = source_of(root["components"]);
       for (const YAML::Node& component : root["components"]) {
-        info.nodes.push_back(text(component["name"]));
+        info.nodes.push_back(node_of(component).fully_qualified());
       }
     }
     for (const YAML::Node& node : root["complete_when"]) {

@@ -13,7 +13,7 @@ namespace pipescout::summary {
 struct MissionInfo {
   /// Node whose completion ends the recording, of the bag recorder; empty: not known.
   std::string source;
-  /// Names of its components; empty: not known.
+  /// Names of its components, fully qualified; empty: not known.
   std::vector<std::string> nodes;
   /// Nodes whose completion makes the mission complete; empty: all that report.
   std::vector<std::string> complete_when;

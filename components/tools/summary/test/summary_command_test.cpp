@@ -198,7 +198,7 @@ TEST_F(SummaryOfABag, WhatAListenerLostIsNotOfTheMission) {
   report("/robot/simulation", MissionStatus::COMPLETE, 0.0);
   lose("/robot/fusion", "/readings", 0, 1.0);
   lose("rosbag2_recorder", "/clock", 27, 1.0);
-  const auto found = sections({.info = {.nodes = {"simulation", "fusion"}}});
+  const auto found = sections({.info = {.nodes = {"/robot/simulation", "/robot/fusion"}}});
   const auto& inputs = found.sections.at("inputs");
   EXPECT_EQ(inputs.figures.at("inputs_lost"), 0.0);
   EXPECT_THAT(inputs.notes, Contains(HasSubstr("27 messages were lost by nodes that only")));
@@ -208,8 +208,19 @@ TEST_F(SummaryOfABag, WhatAListenerLostIsNotOfTheMission) {
 TEST_F(SummaryOfABag, WhatOthersOfTheMissionLostIsCounted) {
   report("/robot/simulation", MissionStatus::COMPLETE, 0.0);
   lose("/robot/fusion", "/readings", 2, 1.0);
-  const auto found = sections({.info = {.nodes = {"simulation", "fusion"}}});
+  const auto found = sections({.info = {.nodes = {"/robot/simulation", "/robot/fusion"}}});
   EXPECT_EQ(found.sections.at("inputs").figures.at("inputs_lost"), 2.0);
+}
+
+TEST_F(SummaryOfABag, WhatAnotherRobotLostIsNotOfTheMission) {
+  report("/robot/simulation", MissionStatus::COMPLETE, 0.0);
+  lose("robot_2/fusion", "/robot_2/readings", 27, 1.0);
+  lose("robot/fusion", "/diagnostics", 14, 1.0);  // of all robots
+  const auto found = sections({.info = {.nodes = {"/robot/simulation", "/robot/fusion"}}});
+  const auto& inputs = found.sections.at("inputs");
+  EXPECT_EQ(inputs.figures.at("inputs_lost"), 0.0);
+  EXPECT_THAT(inputs.notes, Contains(HasSubstr("41 messages were lost by nodes that only")));
+  EXPECT_THAT(found.sections.at("mission").notes, Contains(HasSubstr("Complete.")));
 }
 
 TEST_F(SummaryOfABag, WhatTheRecorderCouldNotTakeIsLostToo) {
