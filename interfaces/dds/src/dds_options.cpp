@@ -73,6 +73,7 @@ SecurityOptions security_from_environment() {
   SecurityOptions security;
   security.enabled = chosen("ROS_SECURITY_ENABLE", "true", "false");
   security.enforce = chosen("ROS_SECURITY_STRATEGY", "Enforce", "Permissive");
+  security.strict_keys = chosen("PIPESCOUT_STRICT_KEYS", "true", "false");
   security.keystore = environment("ROS_SECURITY_KEYSTORE");
   security.enclave_override = environment("ROS_SECURITY_ENCLAVE_OVERRIDE");
   return security;

@@ -102,9 +102,21 @@ T load(const fs::path& file) {
   }
 }
 
+/// Of a signed document. Fast DDS says nothing of the domain.
+void check_domain(const fs::path& file, const std::string& document, std::uint32_t domain) {
+  const auto domains = keystore::domains_in(document);
+  if (std::none_of(domains.begin(), domains.end(), [&](const keystore::DomainRange& range) {
+        return range.first <= domain && domain <= range.last;
+      })) {
+    refuse(file, "is for domain " + keystore::to_string(domains) +
+                     ", and this process joins domain " + std::to_string(domain) +
+                     " (ROS_DOMAIN_ID)");
+  }
+}
+
 /// Whether the permissions grant every partition.
-bool check_documents(const fs::path& folder, const Certificate& permissions_ca, std::time_t now,
-                     Warnings& warnings) {
+bool check_documents(const fs::path& folder, const Certificate& permissions_ca,
+                     std::uint32_t domain, std::time_t now, Warnings& warnings) {
   bool any_partition = false;
   for (const char* const name : {kGovernance, kPermissions}) {
     const auto document = permissions_ca.verified(content_of(folder / name));
@@ -116,6 +128,7 @@ bool check_documents(const fs::path& folder, const Certificate& permissions_ca, 
       for (const Validity& validity : keystore::validities_in(*document)) {
         check_validity(folder / name, validity, now, warnings);
       }
+      check_domain(folder / name, *document, domain);
     } catch (const KeystoreError& error) {
       refuse(folder / name, error.what());
     }
@@ -144,9 +157,14 @@ void check_revocations(const fs::path& folder, const Certificate& identity_ca,
 
 /// Fast DDS says of most of this only that the participant could not be created. Whether the
 /// permissions grant every partition.
-bool check_files(const fs::path& folder, Warnings& warnings) {
+bool check_files(const fs::path& folder, const DdsOptions& options, Warnings& warnings) {
   const std::time_t now = std::time(nullptr);
-  keystore::check_secret(folder / kPrivateKey);
+  if (const auto exposure = keystore::exposure_of(folder / kPrivateKey)) {
+    if (options.security.strict_keys) {
+      throw KeystoreError(*exposure + " (refused, since PIPESCOUT_STRICT_KEYS is true)");
+    }
+    warnings.add("DDS Security: " + *exposure);
+  }
   const auto identity_ca = load<Certificate>(folder / kIdentityCa);
   const auto permissions_ca = load<Certificate>(folder / kPermissionsCa);
   const auto own = load<Certificate>(folder / kCertificate);
@@ -160,7 +178,7 @@ bool check_files(const fs::path& folder, Warnings& warnings) {
     refuse(folder / kPrivateKey, std::string("is no private key of ") + kCertificate);
   }
   check_revocations(folder, identity_ca, own, now, warnings);
-  return check_documents(folder, permissions_ca, now, warnings);
+  return check_documents(folder, permissions_ca, options.domain_id, now, warnings);
 }
 
 }  // namespace
@@ -192,7 +210,7 @@ AppliedSecurity apply_security(const DdsOptions& options, Warnings& warnings,
   }
   AppliedSecurity applied;
   try {
-    applied.may_use_any_partition = check_files(folder, warnings);
+    applied.may_use_any_partition = check_files(folder, options, warnings);
     applied.handshake_bytes = static_cast<std::uint32_t>(std::min(
         kMostHandshakeBytes, kHandshakeBesidesFiles + content_of(folder / kCertificate).size() +
                                  content_of(folder / kPermissions).size()));

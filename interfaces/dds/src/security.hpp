@@ -28,10 +28,11 @@ struct AppliedSecurity {
 
 /// Gives the participant authentication, access control and encryption, when the options ask for
 /// it. With the strategy "permissive" an enclave that lacks files is a warning and no security; a
-/// file that is there and cannot be used (not readable, a private key that others can read, not
-/// valid at this time, revoked, signed by another authority, without the partitions that exported
-/// topics need) is an error with every strategy, and so is a discovery server, over which secured
-/// participants of this Fast DDS do not find each other. Throws TransportError naming the file, and
+/// file that is there and cannot be used (not readable, not valid at this time, for another domain,
+/// revoked, signed by another authority, without the partitions that exported topics need) is an
+/// error with every strategy, and so is a discovery server, over which secured participants of this
+/// Fast DDS do not find each other. A private key that others can read is a warning, with
+/// `strict_keys` an error. Throws TransportError naming the file, and
 /// the date where time is the matter.
 [[nodiscard]] AppliedSecurity apply_security(const DdsOptions& options, Warnings& warnings,
                                              eprosima::fastdds::dds::DomainParticipantQos& qos);

@@ -30,15 +30,28 @@ struct Options {
   std::string enclave;
   std::string policy;
   std::vector<std::string> composition;
+  std::string ns;
   unsigned domain = 0;
   int days = kDaysOfEnclaves;
   int authority_days = kDaysOfAuthorities;
   int warn_days = kWarnDays;
   bool renew = false;
   bool json = false;
+  bool strict_keys = false;
 };
 
+/// Keys of authorities that others can read, as SROS 2 makes them.
+void check_authority_keys(const Options& options) {
+  for (const auto& exposed : keystore::exposed_authority_keys(options.keystore)) {
+    if (options.strict_keys) {
+      throw CommandError(exposed);
+    }
+    std::cerr << "warning: " << exposed << "\n";
+  }
+}
+
 int create_enclave(const Options& options) {
+  check_authority_keys(options);
   keystore::EnclaveRequest request{.name = options.enclave,
                                    .domain = options.domain,
                                    .days = options.days,
@@ -61,6 +74,7 @@ int create_enclave(const Options& options) {
 
 int generate_policy(const Options& options) {
   replace_file(options.policy, keystore::to_policy_xml(observe({.composition = options.composition,
+                                                                .ns = options.ns,
                                                                 .enclave = options.enclave})));
   std::cout << "wrote " << options.policy << "\n";
   return kExitOk;
@@ -73,7 +87,8 @@ const char* word(Finding::Severity severity) {
 }
 
 int check(const Options& options) {
-  const auto findings = keystore::check(options.keystore, options.warn_days, std::time(nullptr));
+  const auto findings =
+      keystore::check(options.keystore, options.warn_days, std::time(nullptr), options.strict_keys);
   bool failed = false;
   command_line::TextTable table({"", "file", ""});
   auto json = nlohmann::json::array();
@@ -108,6 +123,14 @@ void add_domain(CLI::App& command, Options& options) {
       ->capture_default_str();
 }
 
+void add_strict_keys(CLI::App& command, Options& options) {
+  command
+      .add_flag(
+          "--strict-keys", options.strict_keys,
+          "Refuse private keys that others than their owner can read; else they are warned of")
+      ->envname("PIPESCOUT_STRICT_KEYS");
+}
+
 void add_commands(CLI::App& app, Action& action) {
   app.require_subcommand(1);
   auto options = std::make_shared<Options>();
@@ -134,6 +157,7 @@ void add_commands(CLI::App& app, Action& action) {
   enclave->add_option("--days", options->days, "Validity, in days")->capture_default_str();
   enclave->add_flag("--renew", options->renew, "Replace those of an enclave that exists");
   add_domain(*enclave, *options);
+  add_strict_keys(*enclave, *options);
   enclave->callback([=, &action] { action = [=] { return create_enclave(*options); }; });
 
   auto* generate = app.add_subcommand(
@@ -141,16 +165,23 @@ void add_commands(CLI::App& app, Action& action) {
   generate->add_option("policy", options->policy, "The policy, XML of SROS 2")->required();
   generate->add_option("--enclave", options->enclave,
                        "Put all into this enclave, not into those that the processes announce");
+  auto* const composition =
+      generate
+          ->add_option("--composition", options->composition,
+                       "Run this composition (file, and NAME:=VALUE) and observe it")
+          ->expected(1, CLI::detail::expected_max_vector_size);
   generate
-      ->add_option("--composition", options->composition,
-                   "Run this composition (file, and NAME:=VALUE) and observe it")
-      ->expected(1, CLI::detail::expected_max_vector_size);
+      ->add_option("--namespace", options->ns,
+                   "Namespace in which the composition runs, such as /robot_1")
+      ->needs(composition);
   generate->callback([=, &action] { action = [=] { return generate_policy(*options); }; });
 
   auto* revoke = add_command(app, *options, "revoke", "Revoke the certificate of an enclave");
   revoke->add_option("enclave", options->enclave, "Name, such as /robot_1")->required();
+  add_strict_keys(*revoke, *options);
   revoke->callback([=, &action] {
     action = [=] {
+      check_authority_keys(*options);
       keystore::revoke(options->keystore, options->enclave, std::time(nullptr));
       std::cout << "revoked " << options->enclave
                 << "; copy public/identity_ca.crl.pem to the robots that have a copy\n";
@@ -176,6 +207,7 @@ void add_commands(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   check_command->add_flag("--json", options->json, "Print JSON");
+  add_strict_keys(*check_command, *options);
   check_command->callback([=, &action] { action = [=] { return check(*options); }; });
 }
 

@@ -3,12 +3,15 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <condition_variable>
 #include <csignal>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -24,13 +27,17 @@ namespace {
 
 using command_line::CommandError;
 
-/// `pipescout run` in a folder that is removed with it; stopped at the end.
+/// `pipescout run` in a folder that is removed with it; stopped at the end. What it prints is kept
+/// there too.
 class CompositionRun {
  public:
-  explicit CompositionRun(const std::vector<std::string>& words) {
+  CompositionRun(const std::vector<std::string>& words, const std::string& ns) {
     std::vector<std::string> all{"pipescout", "run"};
     all.insert(all.end(), words.begin(), words.end());
     all.insert(all.end(), {"--out", (folder_.path() / "mission").string()});
+    if (!ns.empty()) {
+      all.insert(all.end(), {"--namespace", ns});
+    }
     std::vector<char*> argv;
     for (auto& word : all) {
       argv.push_back(word.data());
@@ -38,7 +45,9 @@ class CompositionRun {
     argv.push_back(nullptr);
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log_.c_str(),
+                                     O_WRONLY | O_CREAT | O_APPEND, S_IRUSR | S_IWUSR);
+    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
     const int failure = posix_spawnp(&pid_, "pipescout", &files, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&files);
     if (failure != 0) {
@@ -59,13 +68,16 @@ class CompositionRun {
     if (!ended_ && waitpid(pid_, &status, WNOHANG) == pid_) {
       ended_ = true;
       if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-        throw CommandError("the composition ended with an error before it was observed");
+        std::ifstream printed(log_, std::ios::binary);
+        throw CommandError("the composition ended with an error before it was observed:\n" +
+                           std::string(std::istreambuf_iterator<char>(printed), {}));
       }
     }
   }
 
  private:
   TemporaryFolder folder_;
+  const std::string log_ = (folder_.path() / "log").string();
   pid_t pid_ = -1;
   bool ended_ = false;
 };
@@ -102,7 +114,7 @@ keystore::Policy observe(const ObservationRequest& request) {
   {
     std::optional<CompositionRun> run;
     if (!request.composition.empty()) {
-      run.emplace(request.composition);
+      run.emplace(request.composition, request.ns);
     }
     const auto deadline = Clock::now() + request.at_most;
     std::unique_lock lock(mutex);

@@ -55,7 +55,31 @@ TEST_F(SecurityCommand, NamesWhatIsWrong) {
   std::filesystem::remove(folder_.path() / "keys/private/permissions_ca.key.pem");
   EXPECT_THAT(run({"create-enclave", "keys", "/a"}).err, HasSubstr("permissions_ca.key.pem"));
   EXPECT_THAT(run({"create-enclave", "keys", "/a", "--policy", "none.xml"}).err,
-              HasSubstr("none.xml: cannot be read"));
+              HasSubstr("none.xml: No such file"));
+}
+
+// As `ros2 security create_keystore` and `create_enclave` leave them.
+TEST_F(SecurityCommand, KeysThatOthersCanReadAreWarnedOfOrRefused) {
+  namespace fs = std::filesystem;
+  EXPECT_EQ(run({"create-keystore", "keys"}).code(), 0);
+  fs::permissions(folder_.path() / "keys/private/identity_ca.key.pem", fs::perms::others_read,
+                  fs::perm_options::add);
+  const auto made = run({"create-enclave", "keys", "/robot_1"});
+  EXPECT_EQ(made.code(), 0);
+  EXPECT_THAT(made.err,
+              HasSubstr("warning: keys/private/identity_ca.key.pem: others than its owner"));
+  const auto refused = run({"create-enclave", "keys", "/robot_2", "--strict-keys"});
+  EXPECT_EQ(refused.code(), 1);
+  EXPECT_THAT(refused.err, HasSubstr("identity_ca.key.pem: others than its owner"));
+  EXPECT_FALSE(fs::exists(folder_.path() / "keys/enclaves/robot_2"));
+  fs::permissions(folder_.path() / "keys/enclaves/robot_1/key.pem", fs::perms::group_read,
+                  fs::perm_options::add);
+  EXPECT_EQ(run({"check", "keys"}).code(), 0);
+  EXPECT_THAT(run({"check", "keys"}).out, ContainsRegex("warning +keys/enclaves/robot_1/key.pem"));
+  EXPECT_EQ(run({"check", "keys", "--strict-keys"}).code(), 1);
+  setenv("PIPESCOUT_STRICT_KEYS", "true", 1);
+  EXPECT_EQ(run({"check", "keys"}).code(), 1);
+  unsetenv("PIPESCOUT_STRICT_KEYS");
 }
 
 TEST_F(SecurityCommand, PolicyOfARunningSystemHasWhatItUses) {

@@ -216,10 +216,31 @@ TEST_F(SecurityFiles, PermissiveRunsWithoutSecurityOnlyWhenFilesAreMissing) {
   permissive.security.enforce = false;
   const auto transport = create_dds_transport(permissive);
   EXPECT_THAT(transport->warnings(), ::testing::Contains(HasSubstr("WITHOUT security")));
-  permissive.enclave = "/robot_1";
+}
+
+// SROS 2 makes them so.
+TEST_F(SecurityFiles, APrivateKeyThatOthersCanReadIsAWarningUnlessKeysAreStrict) {
   fs::permissions(keystore_ / "enclaves/robot_1/key.pem", fs::perms::others_read,
                   fs::perm_options::add);
-  EXPECT_THAT(error_of(permissive), HasSubstr("key.pem: others than its owner"));
+  auto robot = options(keystore_, "/robot_1");
+  const auto transport = create_dds_transport(robot);
+  EXPECT_THAT(transport->warnings(),
+              ::testing::Contains(HasSubstr("robot_1/key.pem: others than its owner")));
+  robot.security.strict_keys = true;
+  EXPECT_THAT(error_of(robot), AllOf(HasSubstr("robot_1/key.pem: others than its owner"),
+                                     HasSubstr("PIPESCOUT_STRICT_KEYS")));
+}
+
+TEST_F(SecurityFiles, AnotherDomainIsNamed) {
+  keystore::create_enclave(keystore_, {.name = "/elsewhere", .domain = domain() + 1},
+                           std::time(nullptr));
+  EXPECT_THAT(error_of(options(keystore_, "/elsewhere")),
+              HasSubstr("elsewhere/permissions.p7s: is for domain " + std::to_string(domain() + 1) +
+                        ", and this process joins domain " + std::to_string(domain()) +
+                        " (ROS_DOMAIN_ID)"));
+  auto robot = options(keystore_, "/robot_1");
+  robot.domain_id = domain() + 1;
+  EXPECT_THAT(error_of(robot), HasSubstr("governance.p7s: is for domain"));
 }
 
 TEST_F(SecurityFiles, ExpiredAndFutureOnesAreNamedWithTheDate) {

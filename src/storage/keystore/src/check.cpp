@@ -21,8 +21,11 @@ std::optional<T> load_optional(const fs::path& file) {
 
 class Check {
  public:
-  Check(const fs::path& keystore, int warn_days, std::time_t now)
-      : layout_{keystore}, warn_seconds_(warn_days * kSecondsOfOneDay), now_(now) {}
+  Check(const fs::path& keystore, int warn_days, std::time_t now, bool strict_keys)
+      : layout_{keystore},
+        warn_seconds_(warn_days * kSecondsOfOneDay),
+        now_(now),
+        strict_keys_(strict_keys) {}
 
   std::vector<Finding> run() {
     identity_ = load_certificate(layout_.shared(kIdentityCa));
@@ -72,9 +75,13 @@ class Check {
 
   void secret(const fs::path& file) {
     attempt(file, [&](const fs::path& key) {
-      check_secret(key);
       static_cast<void>(load(key, read_key));
-      add(Severity::kOk, key, "readable by its owner alone");
+      if (const auto exposure = exposure_of(key)) {
+        add(strict_keys_ ? Severity::kError : Severity::kWarning, key,
+            exposure->substr(key.string().size() + 2));
+      } else {
+        add(Severity::kOk, key, "readable by its owner alone");
+      }
       return true;
     });
   }
@@ -133,6 +140,7 @@ class Check {
   const Layout layout_;
   const std::time_t warn_seconds_;
   const std::time_t now_;
+  const bool strict_keys_;
   std::optional<Certificate> identity_;  // of the authorities
   std::optional<Certificate> permissions_;
   std::optional<RevocationList> revocations_;
@@ -141,8 +149,9 @@ class Check {
 
 }  // namespace
 
-std::vector<Finding> check(const fs::path& keystore, int warn_days, std::time_t now) {
-  return Check(keystore, warn_days, now).run();
+std::vector<Finding> check(const fs::path& keystore, int warn_days, std::time_t now,
+                           bool strict_keys) {
+  return Check(keystore, warn_days, now, strict_keys).run();
 }
 
 }  // namespace pipescout::keystore

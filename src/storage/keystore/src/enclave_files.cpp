@@ -30,15 +30,15 @@ std::string content_of(const fs::path& file) {
   return content;
 }
 
-void check_secret(const fs::path& file) {
+std::optional<std::string> exposure_of(const fs::path& key) {
   struct stat status {};
-  if (stat(file.c_str(), &status) != 0) {
-    throw KeystoreError(file.string() + ": " + std::generic_category().message(errno));
+  if (stat(key.c_str(), &status) != 0) {
+    throw KeystoreError(key.string() + ": " + std::generic_category().message(errno));
   }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    throw KeystoreError(file.string() +
-                        ": others than its owner have access to the private key; chmod 600 it");
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) == 0) {
+    return std::nullopt;
   }
+  return key.string() + ": others than its owner have access to the private key; chmod 600 it";
 }
 
 }  // namespace pipescout::keystore

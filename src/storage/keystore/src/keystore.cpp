@@ -114,7 +114,6 @@ struct Authority {
 };
 
 Authority load_authority(const Layout& layout, const char* certificate, const char* key) {
-  check_secret(layout.secret(key));
   return {load<Certificate>(layout.shared(certificate)), load(layout.secret(key), read_key)};
 }
 
@@ -228,6 +227,22 @@ void revoke(const fs::path& keystore, const std::string& enclave, std::time_t no
   for (const auto& name : list_enclaves(keystore)) {
     link_shared_files(layout, layout.enclave(name));
   }
+}
+
+std::vector<std::string> exposed_authority_keys(const fs::path& keystore) {
+  const Layout layout{keystore};
+  std::vector<std::string> exposed;
+  std::error_code ignored;
+  for (const char* const key : {kIdentityKey, kPermissionsKey}) {
+    // Only the machine that makes enclaves has them.
+    if (!fs::exists(layout.secret(key), ignored)) {
+      continue;
+    }
+    if (auto exposure = exposure_of(layout.secret(key))) {
+      exposed.push_back(*std::move(exposure));
+    }
+  }
+  return exposed;
 }
 
 std::vector<std::string> list_enclaves(const fs::path& keystore) {

@@ -1,38 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipescout/keystore/policy.hpp"
 
-#include <tinyxml2.h>
-
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "pipescout/keystore/certificates.hpp"
-#include "pipescout/keystore/keystore.hpp"
+#include "pipescout/keystore/enclave_files.hpp"
+#include "xml_includes.hpp"
 
 namespace pipescout::keystore {
 namespace {
-
-using tinyxml2::XMLElement;
 
 constexpr std::string_view kRequestSuffix = "Request";
 
 /// What a node of any kind has, by the name that follows the node's own.
 constexpr std::string_view kDiscoveryTopic = "ros_discovery_info";
 
-[[noreturn]] void refuse(const std::string& path, const XMLElement& element,
-                         const std::string& why) {
-  throw KeystoreError(path + ":" + std::to_string(element.GetLineNum()) + ": <" + element.Name() +
-                      ">: " + why);
-}
-
-std::string required_attribute(const std::string& path, const XMLElement& element,
-                               const char* name) {
-  const char* const value = element.Attribute(name);
+std::string required_attribute(const XmlElement& element, const char* name) {
+  const char* const value = element.element->Attribute(name);
   if (value == nullptr || *value == '\0') {
-    refuse(path, element, std::string("attribute '") + name + "' is missing");
+    refuse(element, std::string("attribute '") + name + "' is missing");
   }
   return value;
 }
@@ -104,31 +93,29 @@ constexpr std::array kRights{
     RightName{"actions", "action", "call", Right::kCall},
 };
 
-void read_group(EnclavePolicy& policy, const Profile& profile, const XMLElement& group,
-                const std::string& path) {
+void read_group(EnclavePolicy& policy, const Profile& profile, const XmlElement& group,
+                XmlIncludes& files) {
   bool known = false;
   for (const auto& right : kRights) {
-    const char* const rule = group.Attribute(right.attribute);
-    if (std::string_view(group.Name()) != right.group || rule == nullptr) {
+    const char* const rule = group.element->Attribute(right.attribute);
+    if (group.name() != right.group || rule == nullptr) {
       continue;
     }
     known = true;
     if (std::string_view(rule) != "ALLOW") {
-      refuse(path, group,
-             std::string(right.attribute) + "=\"" + rule +
-                 "\": only ALLOW can be granted; what no rule allows is denied");
+      refuse(group, std::string(right.attribute) + "=\"" + rule +
+                        "\": only ALLOW can be granted; what no rule allows is denied");
     }
-    for (const auto* element = group.FirstChildElement(); element != nullptr;
-         element = element->NextSiblingElement()) {
-      const char* const name = element->GetText();
-      if (std::string_view(element->Name()) != right.element || name == nullptr) {
-        refuse(path, *element, std::string("expected a <") + right.element + "> with a name");
+    for (const auto& entry : files.children(group)) {
+      const char* const name = entry.element->GetText();
+      if (entry.name() != right.element || name == nullptr) {
+        refuse(entry, std::string("expected a <") + right.element + "> with a name");
       }
       add_right(policy, right.right, qualified(profile, name));
     }
   }
   if (!known) {
-    refuse(path, group,
+    refuse(group,
            "is no group of rights: topics, services or actions with publish, "
            "subscribe, reply, request, execute or call");
   }
@@ -220,31 +207,29 @@ std::string to_policy_xml(const Policy& policy) {
 }
 
 Policy parse_policy(const std::string& xml, const std::string& path) {
-  tinyxml2::XMLDocument document;
-  if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
-    throw KeystoreError(path + ":" + std::to_string(document.ErrorLineNum()) +
-                        ": is no XML: " + document.ErrorName());
-  }
-  const auto* const root = document.FirstChildElement("policy");
-  const auto* const enclaves = root == nullptr ? nullptr : root->FirstChildElement("enclaves");
-  if (enclaves == nullptr) {
+  XmlIncludes files;
+  const auto root = files.parse(xml, path);
+  const auto enclaves =
+      root.name() == "policy" ? files.children(root, "enclaves") : std::vector<XmlElement>{};
+  if (enclaves.empty()) {
     throw KeystoreError(path + ": has no <policy> with <enclaves>");
   }
   Policy policy;
-  for (const auto* enclave = enclaves->FirstChildElement("enclave"); enclave != nullptr;
-       enclave = enclave->NextSiblingElement("enclave")) {
-    auto& rights = policy[required_attribute(path, *enclave, "path")];
-    const auto* const profiles = enclave->FirstChildElement("profiles");
-    if (profiles == nullptr) {
-      refuse(path, *enclave, "has no <profiles>");
-    }
-    for (const auto* profile = profiles->FirstChildElement("profile"); profile != nullptr;
-         profile = profile->NextSiblingElement("profile")) {
-      const Profile names{required_attribute(path, *profile, "ns"),
-                          required_attribute(path, *profile, "node")};
-      for (const auto* group = profile->FirstChildElement(); group != nullptr;
-           group = group->NextSiblingElement()) {
-        read_group(rights, names, *group, path);
+  for (const auto& list : enclaves) {
+    for (const auto& enclave : files.children(list, "enclave")) {
+      auto& rights = policy[required_attribute(enclave, "path")];
+      const auto profiles = files.children(enclave, "profiles");
+      if (profiles.empty()) {
+        refuse(enclave, "has no <profiles>");
+      }
+      for (const auto& of_enclave : profiles) {
+        for (const auto& profile : files.children(of_enclave, "profile")) {
+          const Profile names{required_attribute(profile, "ns"),
+                              required_attribute(profile, "node")};
+          for (const auto& group : files.children(profile)) {
+            read_group(rights, names, group, files);
+          }
+        }
       }
     }
   }
@@ -252,12 +237,7 @@ Policy parse_policy(const std::string& xml, const std::string& path) {
 }
 
 Policy read_policy(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string xml(std::istreambuf_iterator<char>(file), {});
-  if (!file) {
-    throw KeystoreError(path.string() + ": cannot be read");
-  }
-  return parse_policy(xml, path.string());
+  return parse_policy(content_of(path), path.string());
 }
 
 std::string to_permissions_xml(const std::string& enclave, const EnclavePolicy* policy,

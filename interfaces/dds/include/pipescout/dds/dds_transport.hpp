@@ -23,6 +23,7 @@ struct SecurityOptions {
   bool enabled = false;
   bool enforce =
       false;  ///< an enclave without files is an error, and no participant without security
+  bool strict_keys = false;  ///< a private key that others can read is an error, not a warning
   std::filesystem::path keystore;
   std::string enclave_override;  ///< counts before `DdsOptions::enclave`; empty: none
   /// Called in another thread once the revocation list of the enclave has changed: a participant
@@ -68,10 +69,11 @@ struct DdsOptions {
 
   /// Reads `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`, `ROS_DISCOVERY_SERVER`, `ROS_SUPER_CLIENT`,
   /// `ROS_STATIC_PEERS`, `PIPESCOUT_NETWORK` and, as rcl does, `ROS_SECURITY_ENABLE`,
-  /// `ROS_SECURITY_STRATEGY`, `ROS_SECURITY_KEYSTORE` and `ROS_SECURITY_ENCLAVE_OVERRIDE`. Throws
-  /// std::invalid_argument naming the variable and its value. (`FASTRTPS_DEFAULT_PROFILES_FILE` is
-  /// read by Fast DDS itself; a default participant profile in it replaces the transports chosen
-  /// here, and one that chooses a discovery protocol or initial peers the discovery.)
+  /// `ROS_SECURITY_STRATEGY`, `ROS_SECURITY_KEYSTORE` and `ROS_SECURITY_ENCLAVE_OVERRIDE`; further
+  /// `PIPESCOUT_STRICT_KEYS`. Throws std::invalid_argument naming the variable and its value.
+  /// (`FASTRTPS_DEFAULT_PROFILES_FILE` is read by Fast DDS itself; a default participant profile in
+  /// it replaces the transports chosen here, and one that chooses a discovery protocol or initial
+  /// peers the discovery.)
   [[nodiscard]] static DdsOptions from_environment();
 };
 

@@ -72,6 +72,21 @@ class RevocationList {
 /// governance. The error names a date that is none.
 [[nodiscard]] std::vector<Validity> validities_in(const std::string& document);
 
+/// DDS domains `first` to `last`, both included.
+struct DomainRange {
+  unsigned first = 0;
+  unsigned last = 0;
+  bool operator==(const DomainRange&) const = default;
+};
+
+/// The domains for which a permissions document allows something, or for which a governance has
+/// rules (9.4.1.3.2.3.1.1, 9.4.1.2.5), in the order of the document. The error names an element
+/// that is no domain.
+[[nodiscard]] std::vector<DomainRange> domains_in(const std::string& document);
+
+/// "0, 5 to 7"; "none".
+[[nodiscard]] std::string to_string(const std::vector<DomainRange>& domains);
+
 /// Every partition, the default one included, whose name is empty.
 inline constexpr const char* kAnyPartition = "*";
 

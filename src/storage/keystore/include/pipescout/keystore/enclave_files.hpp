@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "pipescout/keystore/certificates.hpp"
@@ -20,7 +21,9 @@ inline constexpr const char* kEnclaveRevocations = "crl.pem";  ///< may be missi
 /// Throws KeystoreError, which names the file, when it cannot be read or is empty.
 [[nodiscard]] std::string content_of(const std::filesystem::path& file);
 
-/// Throws KeystoreError, which names the file, when others than its owner have access to it.
-void check_secret(const std::filesystem::path& file);
+/// What is wrong with a private key that others than its owner have access to, with the name of the
+/// file: SROS 2 makes them so. Nothing when only its owner has. Throws KeystoreError, which names
+/// the file, when there is none.
+[[nodiscard]] std::optional<std::string> exposure_of(const std::filesystem::path& key);
 
 }  // namespace pipescout::keystore

@@ -40,6 +40,10 @@ void create_enclave(const std::filesystem::path& keystore, const EnclaveRequest&
 /// Adds the enclave's certificate to the revocation list, which all enclaves link to.
 void revoke(const std::filesystem::path& keystore, const std::string& enclave, std::time_t now);
 
+/// What is wrong with keys of the authorities that others than their owner have access to.
+[[nodiscard]] std::vector<std::string> exposed_authority_keys(
+    const std::filesystem::path& keystore);
+
 /// The names of all enclaves, sorted.
 [[nodiscard]] std::vector<std::string> list_enclaves(const std::filesystem::path& keystore);
 
@@ -52,8 +56,9 @@ struct Finding {
 };
 
 /// Looks at every file of the keystore: there, readable, valid for `warn_days` more, signed by its
-/// authority, not revoked, private keys for their owner alone, one key for both authorities.
+/// authority, not revoked, private keys for their owner alone (an error with `strict_keys`, else a
+/// warning), one key for both authorities.
 [[nodiscard]] std::vector<Finding> check(const std::filesystem::path& keystore, int warn_days,
-                                         std::time_t now);
+                                         std::time_t now, bool strict_keys = false);
 
 }  // namespace pipescout::keystore
