@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
+#include <set>
+#include <string>
 
 #include "cli/message_text.hpp"
 #include "cli/service_commands.hpp"
@@ -37,12 +39,41 @@ InterfaceName service_type(const std::string& text) {
   throw CommandError("'" + text + "' is no service type such as std_srvs/srv/Trigger");
 }
 
+/// The types under which others serve it.
+std::set<std::string> served_types(const Graph& graph, const std::string& service) {
+  // A server reads requests.
+  const auto requests = mangle_topic_name(service, DdsTopicKind::kServiceRequest);
+  std::set<std::string> types;
+  for (const auto& endpoint : graph.endpoints()) {
+    if (endpoint.wire_topic == requests && !endpoint.is_publisher && !endpoint.in_this_process) {
+      types.insert(demangle_service_type_name(endpoint.wire_type).value_or(endpoint.wire_type));
+    }
+  }
+  return types;
+}
+
+/// Throws CommandError when there is no server, or none of that type.
+void wait_for_server(Session& session, const std::string& service, const std::string& type) {
+  std::set<std::string> served;
+  if (!session.wait_for([&] {
+        served = served_types(session.graph(), service);
+        return !served.empty();
+      })) {
+    throw CommandError("service " + service + " is not available");
+  }
+  if (!served.contains(type)) {
+    throw CommandError("The service '" + service + "' is served as " + joined(served) +
+                       ", not as " + type);
+  }
+}
+
 int call(Session& session, const CallOptions& options) {
   const auto name = topic_name(options.service);
+  const auto type = service_type(options.type);
   const MessageType* request_type = nullptr;
   const MessageType* response_type = nullptr;
   try {
-    const auto parts = parts_of(service_type(options.type));
+    const auto parts = parts_of(type);
     request_type = parts.at(0);
     response_type = parts.at(1);
   } catch (const MessageTypeError& error) {
@@ -57,9 +88,7 @@ int call(Session& session, const CallOptions& options) {
   }
   const MessageFormat in_full{.truncate = std::nullopt};
   const auto client = session.create_client(name, *request_type, *response_type);
-  if (!session.wait_for([&] { return session.graph().services().contains(name); })) {
-    throw CommandError("service " + name + " is not available");
-  }
+  wait_for_server(session, name, type.text());
   for (;;) {
     std::cout << "requester: making request: "
               << to_yaml({request_type, request.get()}, {.truncate = std::nullopt, .flow = true})

@@ -85,7 +85,9 @@ int echo_topic(Session& session, const EchoOptions& options) {
         }
       },
       {.events = std::move(events)});
+  const TypeConflict conflict(session, source.topic, std::string(type.name));
   session.spin();
+  conflict.throw_if_any();
   return kExitOk;
 }
 

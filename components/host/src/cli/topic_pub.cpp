@@ -59,11 +59,13 @@ int publish(Session& session, const PubOptions& options) {
   // Told of a match, the executor looks again whether there are enough.
   const auto publisher = session.node().create_untyped_publisher(
       topic, *type, chosen_qos(options.qos), {.events = {.matched = [](std::size_t) {}}});
+  const TypeConflict conflict(session, topic, std::string(type->name));
   const std::size_t times = options.once ? 1 : options.times;
   const auto matching = options.wait_matching.value_or(times != 0 ? 1 : 0);
   if (publisher->subscription_count() < matching) {
     std::cout << "Waiting for at least " << matching << " matching subscription(s)..." << std::endl;
     session.spin_until([&] { return publisher->subscription_count() >= matching; });
+    conflict.throw_if_any();
   }
   const auto text = to_yaml({type, message.get()}, {.truncate = std::nullopt, .flow = true});
   std::cout << "publisher: beginning loop" << std::endl;
@@ -81,6 +83,7 @@ int publish(Session& session, const PubOptions& options) {
   publish_one();
   const auto timer = session.node().create_timer(from_seconds(1.0 / options.rate), publish_one);
   session.spin_until([&] { return (times != 0 && count == times) || !std::cout; });
+  conflict.throw_if_any();
   if (times != 0) {
     // A message that is on its way when its publisher goes may not arrive.
     session.spin_for(from_seconds(options.keep_alive));

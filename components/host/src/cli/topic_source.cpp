@@ -10,31 +10,25 @@
 namespace pipescout::host {
 namespace {
 
-/// Waits for a topic to appear and returns its type. `given`: what the user said, or empty; then
-/// nothing is waited for.
-const MessageType& topic_type(Session& session, const std::string& topic,
-                              const std::string& given) {
+/// Waits for a topic to appear and returns the name of its type. `given`: what the user said, or
+/// empty; then nothing is waited for.
+std::string topic_type(Session& session, const std::string& topic, const std::string& given) {
   auto name = full_type_name(given);
-  if (name.empty()) {
-    auto& graph = session.graph();
-    if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
-      throw CommandError("WARNING: topic [" + topic +
-                         "] does not appear to be published yet\n"
-                         "Could not determine the type for the passed topic");
-    }
-    const auto types = graph.topics()[topic];
-    if (types.size() > 1) {
-      throw CommandError("Cannot echo topic '" + topic + "', as it contains more than one type: [" +
-                         joined(types) + "]");
-    }
-    name = types.empty() ? "" : *types.begin();
+  if (!name.empty()) {
+    return name;
   }
-  try {
-    return load_message_type(name);
-  } catch (const MessageTypeError& error) {
-    throw CommandError("The message type '" + name +
-                       "' is not one of this installation: " + error.what());
+  auto& graph = session.graph();
+  if (!session.wait_for([&] { return graph.topics().contains(topic); })) {
+    throw CommandError("WARNING: topic [" + topic +
+                       "] does not appear to be published yet\n"
+                       "Could not determine the type for the passed topic");
   }
+  const auto types = graph.topics()[topic];
+  if (types.size() > 1) {
+    throw CommandError("Cannot echo topic '" + topic + "', as it contains more than one type: [" +
+                       joined(types) + "]");
+  }
+  return types.empty() ? "" : *types.begin();
 }
 
 QoS choose_qos(Graph& graph, const std::string& topic, const QosOptions& options) {
@@ -131,9 +125,9 @@ void ListenOptions::add_to(CLI::App& command) {
   qos.add_to(command);
 }
 
-Source find_source(Session& session, const ListenOptions& options) {
-  Source source{.topic = topic_name(options.topic)};
-  source.type = &topic_type(session, source.topic, options.type);
+RawSource find_raw_source(Session& session, const ListenOptions& options) {
+  RawSource source{.topic = topic_name(options.topic)};
+  source.type = topic_type(session, source.topic, options.type);
   if (options.type.empty()) {
     // All publishers, before a QoS is chosen that must match them: the type may be known from a
     // subscriber that was discovered first.
@@ -142,6 +136,53 @@ Source find_source(Session& session, const ListenOptions& options) {
   }
   source.qos = choose_qos(session.graph(), source.topic, options.qos);
   return source;
+}
+
+Source find_source(Session& session, const ListenOptions& options) {
+  auto raw = find_raw_source(session, options);
+  try {
+    return {std::move(raw.topic), &load_message_type(raw.type), raw.qos};
+  } catch (const MessageTypeError& error) {
+    throw CommandError("The message type '" + raw.type +
+                       "' is not one of this installation: " + error.what());
+  }
+}
+
+TypeConflict::TypeConflict(Session& session, std::string topic, std::string type)
+    : session_(session), topic_(std::move(topic)), type_(std::move(type)) {
+  const auto look_soon = [this, group = session.node().default_group()] {
+    group->post([this] { look(); });
+  };
+  watch_ = session.graph().on_changed(look_soon);
+  look_soon();
+}
+
+void TypeConflict::look() {
+  std::set<std::string> types;
+  for (const bool publishers : {true, false}) {
+    for (const auto& endpoint : endpoints_of(session_.graph(), topic_, publishers)) {
+      if (!endpoint.in_this_process) {
+        types.insert(demangle_type_name(endpoint.wire_type).value_or(endpoint.wire_type));
+      }
+    }
+  }
+  const bool is_shared = types.erase(type_) > 0;
+  if (is_shared && !types.empty() && !warned_) {
+    warned_ = true;
+    std::cerr << "WARNING: topic '" << topic_ << "' is used as " << joined(types)
+              << " too; nothing passes between these and " << type_ << '\n';
+  }
+  if (!is_shared && !types.empty()) {
+    others_ = types;
+    session_.executor().stop();
+  }
+}
+
+void TypeConflict::throw_if_any() const {
+  if (!others_.empty()) {
+    throw CommandError("Topic '" + topic_ + "' is used as " + joined(others_) + ", not as " +
+                       type_);
+  }
 }
 
 }  // namespace pipescout::host

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -46,9 +47,17 @@ struct ListenOptions {
   void add_to(CLI::App& command);
 };
 
+/// A topic that is listened to as messages of its type.
 struct Source {
   std::string topic;
   const MessageType* type = nullptr;
+  QoS qos;
+};
+
+/// A topic that is listened to as bytes.
+struct RawSource {
+  std::string topic;
+  std::string type;  ///< name
   QoS qos;
 };
 
@@ -58,5 +67,32 @@ struct Source {
 /// if all of them are. Throws CommandError when the topic is unknown, or its type ambiguous or not
 /// one of ours.
 [[nodiscard]] Source find_source(Session& session, const ListenOptions& options);
+/// The same for a type of which nothing but its name need be known.
+[[nodiscard]] RawSource find_raw_source(Session& session, const ListenOptions& options);
+
+/// Ends a command when others use its topic, and none of them with the type that the command has it
+/// with: nothing ever passes between them.
+class TypeConflict {
+ public:
+  /// From now on stops the session's executor once there is a conflict, which it looks for while
+  /// the session spins. What has another type beside some with this one is told on standard error,
+  /// once.
+  TypeConflict(Session& session, std::string topic, std::string type);
+  TypeConflict(const TypeConflict&) = delete;
+  TypeConflict& operator=(const TypeConflict&) = delete;
+
+  /// Throws CommandError, which names both types, when there is one.
+  void throw_if_any() const;
+
+ private:
+  void look();
+
+  Session& session_;
+  const std::string topic_;
+  const std::string type_;
+  std::set<std::string> others_;  ///< of the conflict
+  bool warned_ = false;
+  std::shared_ptr<void> watch_;
+};
 
 }  // namespace pipescout::host

@@ -38,13 +38,13 @@ std::shared_ptr<Timer> print_each_second(Session& session, Report report) {
 }
 
 int bandwidth(Session& session, const BandwidthOptions& options) {
-  const auto source = find_source(session, options);
+  const auto source = find_raw_source(session, options);
   SizeWindow window(options.window);
   std::cout << "Subscribed to [" << source.topic << ']' << std::endl;
-  const auto subscription = session.node().create_untyped_subscription(
-      source.topic, *source.type, source.qos,
-      [&](const std::shared_ptr<const void>& message, const MessageInfo&) {
-        window.arrived(steady_now(), source.type->serialized_size(message.get()));
+  const auto subscription = session.node().create_generic_subscription(
+      source.topic, source.type, source.qos,
+      [&](const std::shared_ptr<const SerializedMessage>& message, const MessageInfo&) {
+        window.arrived(steady_now(), message->bytes().size());
       });
   const auto timer = print_each_second(session, [&] {
     const auto statistics = window.statistics(steady_now());
@@ -55,12 +55,12 @@ int bandwidth(Session& session, const BandwidthOptions& options) {
 }
 
 int hz(Session& session, const MessageOptions& options) {
-  const auto source = find_source(session, options);
+  const auto source = find_raw_source(session, options);
   RateWindow window(options.window);
   bool fresh = false;
-  const auto subscription = session.node().create_untyped_subscription(
-      source.topic, *source.type, source.qos,
-      [&](const std::shared_ptr<const void>&, const MessageInfo&) {
+  const auto subscription = session.node().create_generic_subscription(
+      source.topic, source.type, source.qos,
+      [&](const std::shared_ptr<const SerializedMessage>&, const MessageInfo&) {
         window.arrived(steady_now());
         fresh = true;
       });
