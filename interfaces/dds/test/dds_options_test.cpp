@@ -28,7 +28,7 @@ class DdsOptionsTest : public ::testing::Test {
     for (const char* const name :
          {"ROS_DISCOVERY_SERVER", "ROS_SUPER_CLIENT", "ROS_STATIC_PEERS", "PIPESCOUT_NETWORK",
           "ROS_SECURITY_ENABLE", "ROS_SECURITY_STRATEGY", "ROS_SECURITY_KEYSTORE",
-          "ROS_SECURITY_ENCLAVE_OVERRIDE"}) {
+          "ROS_SECURITY_ENCLAVE_OVERRIDE", "PIPESCOUT_STRICT_KEYS"}) {
       unsetenv(name);
     }
   }
@@ -66,13 +66,17 @@ TEST_F(DdsOptionsTest, ReadsSecurityAsRclDoes) {
   setenv("ROS_SECURITY_STRATEGY", "Enforce", 1);
   setenv("ROS_SECURITY_KEYSTORE", "/keys", 1);
   setenv("ROS_SECURITY_ENCLAVE_OVERRIDE", "/robot", 1);
+  EXPECT_FALSE(DdsOptions::from_environment().security.strict_keys);
+  setenv("PIPESCOUT_STRICT_KEYS", "true", 1);
   const auto security = DdsOptions::from_environment().security;
   EXPECT_TRUE(security.enabled);
   EXPECT_TRUE(security.enforce);
+  EXPECT_TRUE(security.strict_keys);
   EXPECT_EQ(security.keystore, "/keys");
   EXPECT_EQ(security.enclave_override, "/robot");
   expect_refused("ROS_SECURITY_ENABLE", "True");
   expect_refused("ROS_SECURITY_STRATEGY", "enforce");
+  expect_refused("PIPESCOUT_STRICT_KEYS", "1");
 }
 
 TEST_F(DdsOptionsTest, EmptyIsAsNotSet) {
