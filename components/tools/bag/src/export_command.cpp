@@ -14,6 +14,7 @@
 
 #include "offline_commands.hpp"
 #include "pipescout/bags/bag_reader.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/idl/message_type.hpp"
 #include "schema_comparison.hpp"
 #include "storage_options.hpp"
@@ -213,7 +214,7 @@ void add_export_command(CLI::App& app, Action& action) {
       "export", "Write a bag as tables (CSV), images and trajectories (TUM); all three by default");
   command->add_option("bag", options->bag, "Folder of the bag, or one .db3, .mcap or .bag file")
       ->required();
-  command->add_option("-o,--output", options->output, "Folder for the files")->required();
+  command->add_option("-o,--output", options->output, "New folder for the files")->required();
   add_topic_options(*command, options->topics);
   command->add_flag("--csv", options->csv, "A table for each topic, a column for each field");
   command->add_flag("--tum", options->tum,
@@ -230,7 +231,10 @@ void add_export_command(CLI::App& app, Action& action) {
       options->tum = true;
       options->images = "png";
     }
-    action = [=] { return Exporter(*options).run(); };
+    action = [=] {
+      command_line::require_new_folder(options->output);
+      return Exporter(*options).run();
+    };
   });
 }
 

@@ -216,6 +216,7 @@ TEST_F(BagCommand, ExportsTablesWithFlatColumns) {
   EXPECT_EQ(joints[1], "1.000000000,0,0,,shoulder,\"elbow, left\",,");
   EXPECT_EQ(joints[5], "5.000000000,4,0,,shoulder,\"elbow, left\",0.4,");
   EXPECT_THAT(lines(path("out/tf.csv"))[0], HasSubstr("transforms[1].transform.rotation.w"));
+  EXPECT_THAT(error({"export", "bag", "-o", "out", "--csv"}), HasSubstr("out: is not empty ("));
   EXPECT_EQ(
       out({"export", "bag", "-o", "short", "--csv", "--topics", "/camera", "--array-limit", "4"}),
       "short: 1 tables, 0 trajectories, 0 images\n");

@@ -14,6 +14,7 @@
 #include "pipescout/bags/bag_reader.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "recording.hpp"
 #include "replay.hpp"
@@ -37,6 +38,7 @@ int run(const Options& options) {
   if (!fs::exists(path)) {
     throw CommandError(path.string() + ": no such file or folder");
   }
+  command_line::require_new_folder(options.out);
   Configuration given;
   if (!options.config.empty()) {
     given = read_configuration(options.config, {});
@@ -106,7 +108,7 @@ void add_commands(CLI::App& app, Action& action) {
   app.add_option("--config", options->config,
                  "What is used as what; without it a guess is made and written to "
                  "OUT/configuration.yaml");
-  app.add_option("--out", options->out, "Folder for trajectory, plot and report")->required();
+  app.add_option("--out", options->out, "New folder for trajectory, plot and report")->required();
   app.add_flag("--apply-mounting", options->apply_mounting,
                "Use the mounting of the IMU that the motion shows, if the evidence is strong");
   app.callback([=, &action] { action = [options] { return run(*options); }; });

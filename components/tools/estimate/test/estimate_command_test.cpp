@@ -217,6 +217,10 @@ TEST_F(EstimateOfABag, WithImuOdometerAndGpsIsWrittenAndExplained) {
       ESTIMATE_COMMAND, {"bag", "--config", "out/configuration.yaml", "--out", "again"},
       folder_.path());
   EXPECT_EQ(again.code(), 0) << again.err;
+  const auto over = testing::run_program(ESTIMATE_COMMAND, {"bag", "--out", "out"}, folder_.path());
+  EXPECT_EQ(over.code(), 1);
+  EXPECT_THAT(over.err, HasSubstr("out: is not empty ("));
+  EXPECT_EQ(testing::content(folder_.path() / "out" / "report.md"), report);
   EXPECT_EQ(testing::content(folder_.path() / "again" / "trajectory.csv"),
             testing::content(folder_.path() / "out" / "trajectory.csv"));
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "pipescout/bags/topic_choice.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/command_line/text_table.hpp"
 #include "pipescout/csv/csv_cell.hpp"
 #include "pipescout/files/whole_file.hpp"
@@ -101,6 +102,7 @@ void print_counts(const WeldDetectorCounts& counts) {
 }
 
 int inspect_welds(const WeldArguments& arguments) {
+  command_line::require_new_file(arguments.out);
   std::optional<WeldDetector> detector;
   std::vector<WeldEvent> welds;
   double first = 0.0;

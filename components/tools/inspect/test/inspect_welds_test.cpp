@@ -134,6 +134,11 @@ TEST_F(InspectWelds, FindsTheWeldsOfATable) {
   EXPECT_THAT(result.out,
               HasSubstr("0 to 60 m, " + std::to_string(true_welds().size()) + " welds"));
   check_welds();
+  write("welds.csv", "of another run");
+  const auto again = run({"signal.csv", "--out", "welds.csv"});
+  EXPECT_EQ(again.code(), 1);
+  EXPECT_THAT(again.err, HasSubstr("welds.csv: exists already; results are never overwritten"));
+  EXPECT_EQ(::pipescout::testing::content(folder_.path() / "welds.csv"), "of another run");
 }
 
 TEST_F(InspectWelds, TakesTheColumnsThatAMappingNames) {

@@ -12,6 +12,7 @@
 
 #include "ledger_report.hpp"
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/csv/csv_words.hpp"
 #include "pipescout/csv/utf8.hpp"
 #include "pipescout/files/whole_file.hpp"
@@ -186,7 +187,16 @@ WeldLedger ledger_of(const RunFile& run, const Options& options) {
   return update.ledger;
 }
 
+bool same_file(const std::string& one, const std::string& other) {
+  std::error_code ignored;
+  return !one.empty() && !other.empty() &&
+         std::filesystem::weakly_canonical(std::filesystem::absolute(one), ignored) ==
+             std::filesystem::weakly_canonical(std::filesystem::absolute(other), ignored);
+}
+
 int build(const Options& options) {
+  command_line::require_new_file(options.out);
+  command_line::require_new_file(options.geojson);
   const RunFile run = read_run_of(options);
   WeldLedger ledger = ledger_of(run, options);
   if (!options.survey.empty()) {
@@ -228,6 +238,13 @@ std::string middle_joint(const std::vector<odometry::WeldPosition>& welds) {
 }
 
 int align(const Options& options) {
+  for (const std::string& result : {options.features, options.report, options.json}) {
+    command_line::require_new_file(result);
+  }
+  // A ledger grows run by run.
+  if (!same_file(options.out, options.ledger)) {
+    command_line::require_new_file(options.out);
+  }
   const RunFile run = read_run_of(options);
   const WeldLedger ledger = read_ledger_of(options);
   LedgerRun name = run_of(options);
@@ -273,6 +290,7 @@ int align(const Options& options) {
 }
 
 int show(const Options& options) {
+  command_line::require_new_file(options.geojson);
   const WeldLedger ledger = read_ledger_of(options);
   if (!options.geojson.empty()) {
     write_geojson(options.geojson, ledger);
@@ -328,14 +346,8 @@ void add_run_options(CLI::App& command, Options& options) {
 /// Two results in one file would leave the last of them, and one in place of an input would leave
 /// nothing to look up when in doubt. Only the ledger may be replaced by the one that follows it.
 void check_files(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
-  const auto same = [](const std::string& one, const std::string& other) {
-    std::error_code ignored;
-    return !one.empty() && !other.empty() &&
-           std::filesystem::weakly_canonical(std::filesystem::absolute(one), ignored) ==
-               std::filesystem::weakly_canonical(std::filesystem::absolute(other), ignored);
-  };
   for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const auto is_this = [&](const std::string& file) { return same(file, outputs[k]); };
+    const auto is_this = [&](const std::string& file) { return same_file(file, outputs[k]); };
     if (std::any_of(inputs.begin(), inputs.end(), is_this)) {
       throw CLI::ValidationError(outputs[k] + " is read and would be overwritten");
     }

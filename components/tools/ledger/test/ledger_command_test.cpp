@@ -427,6 +427,21 @@ TEST_F(LedgerCommand, BadFilesAreNamedWithTheirLine) {
   EXPECT_THAT(plain.err, StartsWith("note: map.json has no positions"));
 }
 
+TEST_F(LedgerCommand, OnlyTheLedgerOfARunIsReplaced) {
+  build_first();
+  write("other.csv", "mine");
+  const auto refused = HasSubstr("other.csv: exists already; results are never overwritten");
+  EXPECT_THAT(error({"build", "first.csv", "--columns", "m.yaml", "--out", "other.csv"}), refused);
+  EXPECT_THAT(error({"show", "ledger.csv", "--geojson", "other.csv"}), refused);
+  for (const char* option : {"--out", "--features", "--report", "--json"}) {
+    EXPECT_THAT(
+        error({"align", "first.csv", "ledger.csv", "--columns", "m.yaml", option, "other.csv"}),
+        refused)
+        << option;
+  }
+  EXPECT_EQ(testing::content(folder_.path() / "other.csv"), "mine");
+}
+
 TEST_F(LedgerCommand, WrongCommandLinesAreTold) {
   build_first();
   const auto usage = [&](const std::vector<std::string>& arguments) { return error(arguments, 2); };

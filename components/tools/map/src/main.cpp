@@ -10,6 +10,7 @@
 
 #include "map_picture.hpp"
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/map_files/grid_file.hpp"
 #include "pipescout/map_files/route_graph_file.hpp"
 
@@ -113,6 +114,7 @@ void add_commands(CLI::App& app, Action& action) {
       ->capture_default_str();
   show->callback([=, &action] {
     action = [=] {
+      command_line::require_new_file(arguments->out);
       const MapPicture picture = read_map(*arguments);
       print_map(picture);
       draw_map(arguments->out, picture, arguments->scale);

@@ -91,6 +91,9 @@ TEST_F(MapCommand, WhatIsProbablyNotMeantIsAWarning) {
 
 TEST_F(MapCommand, ErrorsNameTheFile) {
   write_map(false);
+  const auto existing = run({"show", file("map.yaml"), "--out", file("map.yaml")});
+  EXPECT_EQ(existing.code(), 1);
+  EXPECT_THAT(existing.err, HasSubstr("map.yaml: exists already; results are never overwritten"));
   const auto missing = run({"check", file("other.yaml")});
   EXPECT_EQ(missing.code(), 2);
   EXPECT_THAT(missing.err, HasSubstr("other.yaml"));

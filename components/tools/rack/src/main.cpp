@@ -19,6 +19,7 @@
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/formatted.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/geometry/camera_calibration.hpp"
 #include "pipescout/rack_file/rack_file.hpp"
@@ -145,9 +146,7 @@ int track(const Arguments& arguments) {
   if (!fs::exists(arguments.images)) {
     throw CommandError(arguments.images + ": no such file or folder");
   }
-  if (fs::exists(out / "report.md")) {
-    throw CommandError(out.string() + ": has the results of another run (report.md)");
-  }
+  command_line::require_new_folder(out);
   std::vector<std::string> said;
   const rack_vision::RackModel model = read_rack(arguments.rack);
   said.push_back(formatted("%s: %zu pipes, %zu supports.", arguments.rack.c_str(),
@@ -203,7 +202,7 @@ void add_commands(CLI::App& app, Action& action) {
       ->check(CLI::ExistingFile);
   command
       ->add_option("--out", a.out,
-                   "Folder of poses.csv, poses.tum, images.csv, overlays/, report.md")
+                   "New folder for poses.csv, poses.tum, images.csv, overlays/, report.md")
       ->required();
   command->add_option("--topic", a.topic, "Of the images, where a bag has several");
   auto* rate = command->add_option("--rate", a.rate, "Images per second of a folder without times")

@@ -7,12 +7,11 @@
 #include <stdexcept>
 
 #include "overlay.hpp"
-#include "pipescout/command_line/formatted.hpp"
+#include "pipescout/command_line/results.hpp"
 
 namespace pipescout::rack {
 namespace {
 
-using command_line::formatted;
 using rack_vision::RackTrackerResult;
 using rack_vision::TrackStatus;
 
@@ -27,14 +26,6 @@ void check_size(const SourceImage& image, const geometry::CameraParameters& came
         " pixels; the camera's calibration is for " + size_text(camera.width, camera.height) +
         " (image_width, image_height)");
   }
-}
-
-/// "overlays/000123_NAME.png"; topics have slashes.
-std::filesystem::path overlay_file(const std::filesystem::path& folder, std::size_t number,
-                                   std::string name) {
-  std::ranges::replace_if(
-      name, [](char c) { return c == '/' || c == ' '; }, '_');
-  return folder / (formatted("%06zu_", number) + name + ".png");
 }
 
 TrackedImage record(const SourceImage& image, const RackTrackerResult& result) {
@@ -113,8 +104,9 @@ TrackRun track_images(ImageSource& source, const rack_vision::RackModel& model,
     const bool shown =
         step != 0 && (run.images.size() % step == 0 || (tracked && run.tracked == 1));
     if (shown && image->view.valid()) {
-      overlay.write(overlay_file(options.overlays, run.images.size(), image->name), image->view,
-                    result);
+      overlay.write(
+          command_line::numbered_picture(options.overlays, run.images.size(), image->name),
+          image->view, result);
       ++run.overlays;
     }
     run.images.push_back(record(*image, result));

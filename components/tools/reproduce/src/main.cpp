@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/command_line/suggestion.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "reproduce.hpp"
@@ -57,6 +58,7 @@ std::uint64_t first_seed(const Arguments& arguments) {
 }
 
 int reproduce(const Arguments& arguments) {
+  command_line::require_new_file(arguments.json);
   const std::string& name = arguments.table;
   std::vector<std::string> names;
   for (const auto& table : reproducible_tables()) {

@@ -8,6 +8,7 @@
 
 #include "observation.hpp"
 #include "pipescout/command_line/command.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/command_line/text_table.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/keystore/keystore.hpp"
@@ -73,6 +74,7 @@ int create_enclave(const Options& options) {
 }
 
 int generate_policy(const Options& options) {
+  command_line::require_new_file(options.policy);
   replace_file(options.policy, keystore::to_policy_xml(observe({.composition = options.composition,
                                                                 .ns = options.ns,
                                                                 .enclave = options.enclave})));

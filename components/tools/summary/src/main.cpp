@@ -15,6 +15,7 @@
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/mission_summary.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/files/whole_file.hpp"
 
 namespace pipescout::summary {
@@ -61,6 +62,10 @@ int run(const Options& options) {
   if (!fs::exists(path)) {
     throw command_line::CommandError(path.string() + ": no such file or folder");
   }
+  command_line::require_new_file(options.json);
+  if (!options.tables.empty()) {
+    command_line::require_new_folder(options.tables);
+  }
   Summary summary;
   try {
     if (is_mission_folder(path)) {
@@ -100,7 +105,7 @@ void add_commands(CLI::App& app, Action& action) {
       ->required();
   app.add_option("--json", options->json, "File for the tables and figures");
   app.add_option("--tables", options->tables,
-                 "Folder for the data files (CSV, pictures), one folder for each subject; "
+                 "New folder for the data files (CSV, pictures), one folder for each subject; "
                  "default: the mission folder, and none for a bag");
   app.callback([=, &action] { action = [options] { return run(*options); }; });
 }

@@ -284,6 +284,8 @@ TEST_F(SummaryOfABag, TheCommandPrintsAndWritesThem) {
   EXPECT_THAT(bag.out, AllOf(HasSubstr("Topics (bag.topics)"), HasSubstr("Odometry (bag.odometry)"),
                              HasSubstr("bag_messages = 1")));
   EXPECT_THAT(testing::content(folder_.path() / "tables.json"), HasSubstr("\"bag_messages\": 1"));
+  EXPECT_THAT(run({"bag", "--json", "tables.json"}).err,
+              HasSubstr("tables.json: exists already; results are never overwritten"));
   const auto none = run({"nowhere"});
   EXPECT_EQ(none.code(), 1);
   EXPECT_THAT(none.err, HasSubstr("nowhere: no such file or folder"));
