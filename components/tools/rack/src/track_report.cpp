@@ -197,11 +197,11 @@ void add_list(std::string& text, const char* title, const std::vector<std::strin
 }  // namespace
 
 std::string poses_csv(const TrackRun& run) {
-  std::string text = uncertain_pose_csv_header() + "\n";
+  std::string text = uncertain_pose_csv_header() + ",image\n";
   for (const TrackedImage& image : run.images) {
     if (is_tracked(image)) {
-      text +=
-          uncertain_pose_csv_line(image.stamp, image.T_rack_camera, image.covariance).text() + "\n";
+      CsvLine line = uncertain_pose_csv_line(image.stamp, image.T_rack_camera, image.covariance);
+      text += line.add(std::string_view(image.name)).text() + "\n";
     }
   }
   return text;

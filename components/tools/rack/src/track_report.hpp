@@ -10,7 +10,8 @@
 namespace pipescout::rack {
 
 /// A line for each tracked image: stamp, pose of the camera's optical frame in the rack frame,
-/// standard deviations and correlations (pipescout/mission_tables/pose_csv.hpp).
+/// standard deviations and correlations (pipescout/mission_tables/pose_csv.hpp), and its name, as
+/// in `images_csv`.
 [[nodiscard]] std::string poses_csv(const TrackRun& run);
 /// TUM RGB-D format: stamp x y z qx qy qz qw.
 [[nodiscard]] std::string poses_tum(const TrackRun& run);
