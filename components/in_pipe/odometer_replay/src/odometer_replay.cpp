@@ -119,9 +119,15 @@ void OdometerReplay::check_settings() const {
   const std::size_t given = settings_.standard_deviations.size();
   const std::size_t odometers = recording_.odometers.size();
   if (given == 0 && recording_.standard_deviations.empty()) {
+    std::string columns;
+    for (const std::string& name : recording_.odometers) {
+      columns += (columns.empty() ? "" : ", ") + name + ".standard_deviation";
+    }
     throw std::invalid_argument(
-        "no standard deviations: parameter 'standard_deviations' is empty and the file has no "
-        "columns NAME.standard_deviation");
+        "the standard deviations of the odometers are not known: give parameter "
+        "'standard_deviations' (inspect.sh: --sigma), " +
+        std::to_string(odometers) + " values in m, one for each odometer; or the file columns " +
+        columns);
   }
   if (given != 0 && given != odometers) {
     throw std::invalid_argument("parameter 'standard_deviations' has " + std::to_string(given) +

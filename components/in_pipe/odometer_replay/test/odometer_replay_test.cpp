@@ -342,8 +342,10 @@ TEST_F(OdometerReplayTest, BadInputIsRefusedWithFileAndLine) {
               HasSubstr("'standard_deviations' has 2 values for 3 odometers"));
   EXPECT_THAT(refusal(write(kThreeRows), {{"odometers", std::vector<std::string>{"leftt"}}}),
               HasSubstr("readings.csv:1: no column 'leftt'"));
-  EXPECT_THAT(refusal(write(kThreeRows), {{"standard_deviations", std::vector<double>{}}}),
-              HasSubstr("no standard deviations"));
+  EXPECT_THAT(
+      refusal(write(kThreeRows), {{"standard_deviations", std::vector<double>{}}}),
+      HasSubstr("give parameter 'standard_deviations' (inspect.sh: --sigma), 2 values in m, one "
+                "for each odometer; or the file columns left.standard_deviation, right."));
   EXPECT_THAT(refusal(write(kThreeRows), {{"use_recorded_stamps", true}}),
               HasSubstr("no column 'stamp'"));
 }
