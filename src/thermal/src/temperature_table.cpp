@@ -62,7 +62,9 @@ TemperatureTable::TemperatureTable(double gain, double offset, CountRange range)
   require("offset", offset, true, "(-inf, inf) degC");
   require_range(range);
   for (std::size_t i = 0; i < kCounts; ++i) {
-    degrees_[i] = static_cast<float>(gain * static_cast<double>(i) + offset);
+    const double degrees = gain * static_cast<double>(i) + offset;
+    degrees_[i] =
+        degrees > -kZeroCelsius && degrees < kHottestBody ? static_cast<float>(degrees) : kNaN;
   }
 }
 

@@ -161,6 +161,17 @@ std::pair<Pixel, Pixel> extremes(const ImageView<Pixel>& image) {
   return {*std::ranges::min_element(lows), *std::ranges::max_element(highs)};
 }
 
+/// Whether no value between these has a temperature. `known`: of the table, those that are some.
+template <class Pixel>
+bool has_none(const Scale<Pixel>& scale, std::span<const float> known, Pixel low, Pixel high) {
+  if constexpr (std::is_same_v<Pixel, float>) {
+    return low >= static_cast<float>(kHottestBody) || high <= static_cast<float>(-kZeroCelsius);
+  } else {
+    const auto first = static_cast<std::size_t>(known.data() - scale.celsius.data());
+    return high < first || low >= first + known.size();
+  }
+}
+
 /// Root mean square of the differences in a histogram, K; the largest, `kClippedPart` of all, are
 /// clipped to the largest of the others.
 double clipped_root_mean_square(std::span<const std::uint32_t> histogram) {
@@ -236,7 +247,7 @@ FrameFault ThresholdMask::make(const ImageView<Pixel>& image, const Scale<Pixel>
     return FrameFault::kBadTable;
   }
   const auto [low, high] = extremes(image);
-  if (low > high || (std::isnan(scale(low)) && std::isnan(scale(high)) && low == high)) {
+  if (low > high || has_none(scale, known, low, high)) {
     return FrameFault::kNoTemperature;
   }
   if (low == high) {

@@ -7,6 +7,7 @@
 
 #include "pipe_pictures_helpers.hpp"
 #include "pipescout/thermal/leak_detector.hpp"
+#include "pipescout/thermal/temperature_table.hpp"
 
 namespace pipescout::thermal {
 namespace {
@@ -75,6 +76,19 @@ TEST_F(LeakDetectorFaults, OnePixel) {
 TEST_F(LeakDetectorFaults, AllNan) {
   EXPECT_EQ(detector_.detect(Picture(kWidth, kHeight, kNan).view()).fault,
             FrameFault::kNoTemperature);
+}
+
+TEST_F(LeakDetectorFaults, AllBeyondAnyBody) {
+  Picture hot(kWidth, kHeight, 2600);
+  hot.at(3, 3) = 3300;
+  EXPECT_EQ(detector_.detect(hot.view()).fault, FrameFault::kNoTemperature);
+  // Hundredths of a kelvin, told as tenths.
+  std::vector<std::uint16_t> counts(kWidth * kHeight, 29500);
+  counts[7] = 36000;
+  const TemperatureTable tenths(0.1, -273.15);
+  EXPECT_EQ(
+      detector_.detect(CountView{counts.data(), kWidth, kHeight, kWidth}, tenths.degrees()).fault,
+      FrameFault::kNoTemperature);
 }
 
 TEST_F(LeakDetectorFaults, AllSaturated) {

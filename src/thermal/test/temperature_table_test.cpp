@@ -47,6 +47,13 @@ TEST(TemperatureTable, LinearAndGrey) {
   const TemperatureTable kelvin(0.01, -273.15);
   EXPECT_FLOAT_EQ(kelvin[30000], 26.85F);
   EXPECT_EQ(kelvin.first_at_least(26.845), 30000U);
+  // What no body has, at either end.
+  EXPECT_TRUE(std::isnan(kelvin[0]));
+  const TemperatureTable tenths(0.1, -273.15);
+  EXPECT_TRUE(std::isnan(tenths[29000]));
+  EXPECT_FLOAT_EQ(tenths[22000], 1926.85F);
+  EXPECT_EQ(tenths.first_at_least(1926), 21992U);
+  EXPECT_EQ(tenths.first_at_least(2500), 65536U);
   const TemperatureTable grey = TemperatureTable::of_grey(100, 300);
   EXPECT_FLOAT_EQ(grey[0], 100);
   EXPECT_FLOAT_EQ(grey[255], 300);

@@ -2,6 +2,7 @@
 #include "pipescout/message_conversions/thermal_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <stdexcept>
@@ -49,8 +50,13 @@ ThermalImageReader::View ThermalImageReader::read(const sensor_msgs::msg::Image&
   if (encoding == "mono8" || encoding == "8UC1") {
     return view(message, grey_);
   }
-  throw std::invalid_argument("encoding is '" + encoding +
-                              "'; it must be mono16, 16UC1, 32FC1, mono8 or 8UC1");
+  constexpr std::array kColours{"rgb", "bgr", "yuv", "bayer", "8UC3", "8UC4"};
+  const bool colours =
+      std::ranges::any_of(kColours, [&](const char* begin) { return encoding.starts_with(begin); });
+  throw std::invalid_argument(
+      "encoding is '" + encoding + "'" +
+      (colours ? ", colours, from which no temperatures can be read" : "") +
+      "; it must be 32FC1 (degC), mono16 or 16UC1 (counts), mono8 or 8UC1 (grey levels)");
 }
 
 }  // namespace pipescout

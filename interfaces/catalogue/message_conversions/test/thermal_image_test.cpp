@@ -65,7 +65,9 @@ TEST(ThermalImageReader, NamesWhatIsWrong) {
   const auto read = [&](const sensor_msgs::msg::Image& message) { (void)reader.read(message); };
   const std::vector<std::uint8_t> data(8);
   EXPECT_THAT([&] { read(image("rgb8", 6, data)); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("encoding is 'rgb8'")));
+              ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("encoding is 'rgb8', colours, from which no temperatures "
+                            "can be read; it must be 32FC1")));
   EXPECT_THAT([&] { read(image("mono16", 3, data)); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("step is 3")));
   EXPECT_THAT([&] { read(image("32FC1", 8, data)); },

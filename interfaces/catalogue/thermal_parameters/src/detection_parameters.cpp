@@ -71,7 +71,7 @@ DetectionParameters::Preset DetectionParameters::preset(const std::string& name)
 
 DetectionParameters::DetectionParameters(Parameters& parameters) {
   const auto name = parameters.declare<std::string>(
-      "preset", "collectors",
+      "preset", std::string(to_string(thermal::kDefaultPreset)),
       {.description =
            "default values of the other parameters: collectors of solar plants, torresol (the "
            "same, exactly as in Ibarguren and others, 2013), hot_pipes or cold_pipes in any scene, "

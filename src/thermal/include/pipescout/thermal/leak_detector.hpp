@@ -64,6 +64,9 @@ enum class DetectorPreset : std::uint8_t {
 inline constexpr std::array kDetectorPresets{DetectorPreset::kCollectors, DetectorPreset::kTorresol,
                                              DetectorPreset::kHotPipes, DetectorPreset::kColdPipes,
                                              DetectorPreset::kContrast};
+/// Where none is told, of components and commands alike: it looks for nothing colder than 100 degC,
+/// so that what is merely warm is no leak. PresetTrial finds others that would have found pipes.
+inline constexpr DetectorPreset kDefaultPreset = DetectorPreset::kCollectors;
 /// "collectors", "torresol", "hot_pipes", "cold_pipes", "contrast"; "unknown" for any other value.
 [[nodiscard]] std::string_view to_string(DetectorPreset preset) noexcept;
 /// Nothing for an unknown name.

@@ -35,8 +35,8 @@ class TemperatureTable {
  public:
   /// For a camera and an object. Counts at or below the radiometry's floor get NaN.
   explicit TemperatureTable(const Radiometry& radiometry, CountRange range = {});
-  /// gain * count + offset degC. Throws std::invalid_argument when `gain` is not positive or either
-  /// is not finite.
+  /// gain * count + offset degC; NaN for what no body in view has (kHottestBody). Throws
+  /// std::invalid_argument when `gain` is not positive or either is not finite.
   TemperatureTable(double gain, double offset, CountRange range = {});
   /// For 8-bit grey: 0 is `black` degC and 255 is `white`. Larger counts get NaN. 0 and 255 are
   /// saturated. Throws std::invalid_argument where white is not above black, or is not finite.
