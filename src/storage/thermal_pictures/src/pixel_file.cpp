@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pixel_file.hpp"
 
+#include <array>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -21,6 +22,18 @@ Pixels<Pixel> copy(const cv::Mat& image) {
     pixels.values.insert(pixels.values.end(), row, row + image.cols);
   }
   return pixels;
+}
+
+/// Grey levels that were saved as colours: the first channel; else the image as it is.
+cv::Mat without_equal_channels(const cv::Mat& image) {
+  if (image.type() != CV_8UC3) {
+    return image;
+  }
+  std::array<cv::Mat, 3> channels;
+  cv::split(image, channels.data());
+  const bool is_grey = cv::norm(channels[0], channels[1], cv::NORM_INF) == 0 &&
+                       cv::norm(channels[0], channels[2], cv::NORM_INF) == 0;
+  return is_grey ? channels[0] : image;
 }
 
 constexpr int kUncompressed = 1;  // TIFF's own number for it
@@ -62,9 +75,11 @@ AnyPixels decode_pixels(std::span<const std::uint8_t> bytes) {
   if (image.empty()) {
     throw PixelError("cannot be decoded: truncated, or not an image");
   }
+  image = without_equal_channels(image);
   if (image.channels() != 1) {
-    throw PixelError("is a colour image: thermal images have one channel, this one has " +
-                     std::to_string(image.channels()));
+    throw ColourError("is a colour image (false colours, or a photograph) of " +
+                      std::to_string(image.channels()) +
+                      " channels: no temperatures can be read from its colours");
   }
   switch (image.depth()) {
     case CV_8U:

@@ -14,6 +14,11 @@ class PixelError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+/// Such a picture in colours.
+class ColourError : public PixelError {
+ public:
+  using PixelError::PixelError;
+};
 
 template <class Pixel>
 struct Pixels {
@@ -24,7 +29,8 @@ struct Pixels {
 
 using AnyPixels = std::variant<Pixels<std::uint8_t>, Pixels<std::uint16_t>, Pixels<float>>;
 
-/// Takes a PNG, TIFF or JPEG apart. Throws PixelError.
+/// Takes a PNG, TIFF or JPEG apart. Three channels of 8 bits with the same values are one. Throws
+/// PixelError, ColourError.
 [[nodiscard]] AnyPixels decode_pixels(std::span<const std::uint8_t> bytes);
 
 }  // namespace pipescout

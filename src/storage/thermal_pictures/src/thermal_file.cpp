@@ -11,12 +11,14 @@
 #include <span>
 #include <utility>
 
+#include "colour_advice.hpp"
 #include "exiftool.hpp"
 #include "fff_frames.hpp"
 #include "flir_file.hpp"
 #include "picture_time.hpp"
 #include "pipescout/thermal/parameter_doubts.hpp"
 #include "pixel_file.hpp"
+#include "scene_check.hpp"
 #include "tiff_missing.hpp"
 
 namespace pipescout {
@@ -206,6 +208,14 @@ void remove(const std::vector<std::size_t>& missing, ThermalPicture& picture) {
   }
 }
 
+AnyPixels decoded(const std::vector<std::uint8_t>& bytes, const std::string& exiftool) {
+  try {
+    return decode_pixels(bytes);
+  } catch (const ColourError& error) {
+    throw ThermalFileError(error.what(), colour_advice(exiftool, bytes));
+  }
+}
+
 ThermalPicture read_unnamed(const fs::path& file, std::optional<FrameExtent> frame,
                             const ThermalSettings& settings, const std::string& exiftool) {
   const std::vector<std::uint8_t> bytes = bytes_of(file, frame);
@@ -214,12 +224,14 @@ ThermalPicture read_unnamed(const fs::path& file, std::optional<FrameExtent> fra
     throw ThermalFileError("is neither PNG, TIFF, JPEG nor FLIR's FFF");
   }
   if (container == Container::kPng || container == Container::kTiff) {
-    AnyPixels pixels = decode_pixels(bytes);
+    AnyPixels pixels = decoded(bytes, exiftool);
     const std::vector<std::size_t> missing = container == Container::kTiff
                                                  ? pixels_with(tiff_missing_value(bytes), pixels)
                                                  : std::vector<std::size_t>();
     ThermalPicture picture = from_pixels(std::move(pixels), settings);
+    require_scene(picture, missing, settings);
     remove(missing, picture);
+    picture.unit_doubt = unit_doubt(picture, settings);
     return picture;
   }
   std::string complaint;
@@ -233,8 +245,12 @@ ThermalPicture read_unnamed(const fs::path& file, std::optional<FrameExtent> fra
     }
     return from_flir(std::move(*flir), settings);
   }
-  if (container == Container::kJpeg && (settings.grey || settings.automatic_gain)) {
-    return from_pixels(decode_pixels(bytes), settings);
+  const bool grey_has_meaning = settings.grey || settings.automatic_gain;
+  if (container == Container::kJpeg && (complaint.empty() || grey_has_meaning)) {
+    AnyPixels pixels = decoded(bytes, exiftool);
+    if (grey_has_meaning) {
+      return from_pixels(std::move(pixels), settings);
+    }
   }
   throw ThermalFileError("has no thermal block" +
                          (complaint.empty() ? "" : " (exiftool: " + complaint + ")"));
@@ -262,6 +278,8 @@ ThermalFileReader::ThermalFileReader(ThermalSettings settings, std::string exift
 ThermalPicture ThermalFileReader::read(const fs::path& file) {
   try {
     return read_unnamed(file, std::nullopt, settings_, exiftool_);
+  } catch (const ThermalFileError& error) {
+    throw ThermalFileError(file.string() + ": " + error.what(), error.advice());
   } catch (const std::exception& error) {
     throw ThermalFileError(file.string() + ": " + error.what());
   }
@@ -274,6 +292,10 @@ ThermalPicture ThermalFileReader::read(const fs::path& file, const std::vector<F
   }
   try {
     return read_unnamed(file, frames.at(index), settings_, exiftool_);
+  } catch (const ThermalFileError& error) {
+    throw ThermalFileError(
+        file.string() + ": frame " + std::to_string(index + 1) + ": " + error.what(),
+        error.advice());
   } catch (const std::exception& error) {
     throw ThermalFileError(file.string() + ": frame " + std::to_string(index + 1) + ": " +
                            error.what());

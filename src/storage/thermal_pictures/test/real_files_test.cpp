@@ -72,7 +72,7 @@ TEST_F(RealFiles, CutShortAreRefused) {
 
 TEST_F(RealFiles, VisibleLightIsNoThermalPicture) {
   EXPECT_THAT([&] { (void)read("pipe_ax8_visible.jpg"); },
-              ::testing::ThrowsMessage<ThermalFileError>(HasSubstr("has no thermal block")));
+              ::testing::ThrowsMessage<ThermalFileError>(HasSubstr("is a colour image")));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "pipescout/thermal_files/testing/synthetic_files.hpp"
 #include "pipescout/thermal_files/testing/synthetic_flir.hpp"
 
 namespace pipescout {
@@ -135,14 +136,79 @@ TEST_F(ThermalFile, BrokenFilesAreNamed) {
 
 TEST_F(ThermalFile, AJpegWithoutThermalBlock) {
   const fs::path colour = write("colour.jpg", cv::Mat(6, 8, CV_8UC3, cv::Scalar(10, 20, 30)));
-  refuses(colour, {}, "has no thermal block");
+  refuses(colour, {}, "is a colour image (false colours, or a photograph)");
   ThermalSettings settings;
   settings.grey = GreyScale{.black = 0, .white = 255};
   refuses(colour, settings, "is a colour image");
   const fs::path grey = write("grey.jpg", cv::Mat(6, 8, CV_8UC1, cv::Scalar(100)));
+  refuses(grey, {}, "has no thermal block");
   const ThermalPicture picture = ThermalFileReader(settings).read(grey);
   EXPECT_EQ(picture.kind, ThermalFileKind::kGrey8);
   EXPECT_NEAR(picture.degrees[3], 100, 2);
+}
+
+TEST_F(ThermalFile, FalseColoursAreToldWhatToExportInstead) {
+  const auto advice_for = [](const fs::path& file) {
+    try {
+      (void)ThermalFileReader({}).read(file);
+    } catch (const ThermalFileError& error) {
+      return error.advice();
+    }
+    return std::string();
+  };
+  const cv::Mat colours(6, 8, CV_8UC3, cv::Scalar(10, 20, 30));
+  for (const char* name : {"a.png", "a.tiff", "a.jpg"}) {
+    EXPECT_THAT(advice_for(write(name, colours)),
+                AllOf(HasSubstr("FLIR's radiometric JPEG"),
+                      HasSubstr("TIFF of 32-bit temperatures"), HasSubstr("16-bit counts")))
+        << name;
+  }
+  EXPECT_EQ(advice_for(write("no_image.png", "hello")), "");
+  const std::string jpeg = content(folder_ / "a.jpg");
+  EXPECT_THAT(advice_for(write("dji.jpg", test::jpeg_made_by(jpeg, "DJI"))),
+              HasSubstr("DJI's Thermal SDK"));
+  EXPECT_THAT(advice_for(write("flir.jpg", test::jpeg_made_by(jpeg, "FLIR Systems AB"))),
+              HasSubstr("as the camera saved them"));
+}
+
+TEST_F(ThermalFile, GreyLevelsMayBeSavedAsColours) {
+  ThermalSettings settings;
+  settings.grey = GreyScale{.black = 0, .white = 255};
+  const fs::path file = write("grey.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar(70, 70, 70)));
+  EXPECT_FLOAT_EQ(ThermalFileReader(settings).read(file).degrees[0], 70);
+}
+
+TEST_F(ThermalFile, AScaleThatGivesTemperaturesOfNoBodyIsRefusedAndTheLikelyOneNamed) {
+  ThermalSettings settings;
+  settings.scale = LinearScale{.gain = 0.1, .offset = -273.15};
+  cv::Mat hundredths(6, 8, CV_16UC1, cv::Scalar(29500));
+  hundredths.at<std::uint16_t>(2, 3) = 36315;
+  const fs::path file = write("a.tiff", hundredths);
+  refuses(file, settings, "makes its counts 2676.8 to 2676.8 degC, which no body here has");
+  refuses(file, settings, "likely is scale {gain: 0.01, offset: -273.15}: 21.9 to 21.9 degC");
+  settings.scale = LinearScale{.gain = 0.01, .offset = -273.15};
+  const fs::path tenths = write("b.tiff", cv::Mat(6, 8, CV_16UC1, cv::Scalar(2950)));
+  refuses(tenths, settings, "likely is scale {gain: 0.1, offset: -273.15}: 21.9 to 21.9 degC");
+  // Fewer than half: dead pixels, of which there may be many.
+  cv::Mat dead = hundredths.clone();
+  dead(cv::Rect(0, 0, 3, 6)).setTo(0);
+  EXPECT_EQ(ThermalFileReader(settings).read(write("c.tiff", dead)).count.without_temperature, 18U);
+}
+
+TEST_F(ThermalFile, TemperaturesInTheOtherUnitAreTold) {
+  const fs::path kelvin = write("a.tiff", cv::Mat(6, 8, CV_32FC1, cv::Scalar(295.5)));
+  EXPECT_THAT(
+      ThermalFileReader({}).read(kelvin).unit_doubt,
+      AllOf(HasSubstr("295.5 to 295.5 degC and nothing colder"), HasSubstr("float_unit: kelvin")));
+  cv::Mat furnace(6, 8, CV_32FC1, cv::Scalar(295.5));
+  furnace.at<float>(0, 0) = 20;
+  EXPECT_EQ(ThermalFileReader({}).read(write("b.tiff", furnace)).unit_doubt, "");
+  const fs::path celsius = write("c.tiff", cv::Mat(6, 8, CV_32FC1, cv::Scalar(22.5)));
+  EXPECT_EQ(ThermalFileReader({}).read(celsius).unit_doubt, "");
+  ThermalSettings settings;
+  settings.float_unit = TemperatureUnit::kKelvin;
+  EXPECT_EQ(ThermalFileReader(settings).read(kelvin).unit_doubt, "");
+  refuses(celsius, settings, "likely is float_unit: celsius in thermal.yaml: 22.5 to 22.5 degC");
 }
 
 TEST_F(ThermalFile, Counts16NeedAMeaning) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -23,7 +24,13 @@ namespace pipescout {
 /// A file without a valid thermal image; what() names it and the reason.
 class ThermalFileError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit ThermalFileError(const std::string& what, std::string advice = {})
+      : std::runtime_error(what), advice_(std::move(advice)) {}
+  /// What to do about it, the same for all files of its kind: to be told once. Empty: nothing.
+  [[nodiscard]] const std::string& advice() const noexcept { return advice_; }
+
+ private:
+  std::string advice_;
 };
 
 enum class ThermalFileKind : std::uint8_t {
@@ -70,6 +77,8 @@ struct ThermalPicture {
   std::string camera;               ///< model and serial number, readable; empty if unknown
   std::string lens;                 ///< likewise
   std::vector<std::string> doubts;  ///< implausible metadata of the file
+  /// Why the temperatures may be in another unit, and what to set then; empty: no doubt.
+  std::string unit_doubt;
 
   [[nodiscard]] thermal::TemperatureView view() const noexcept {
     return {degrees.data(), width, height, width};
@@ -85,8 +94,9 @@ class ThermalFileReader {
 
   /// The format is detected from the content, not from the name. Throws ThermalFileError, naming
   /// the file, for one that is empty, truncated, of another kind, in colour, without thermal block,
-  /// without the settings that its kind needs or with parameters out of range; and when exiftool is
-  /// missing. The next file is not affected.
+  /// without the settings that its kind needs or with parameters out of range, with a scale or unit
+  /// that gives most pixels a temperature that no scene has; and when exiftool is missing. The next
+  /// file is not affected.
   [[nodiscard]] ThermalPicture read(const std::filesystem::path& file);
   /// One of its `frames`. The message names its number, from 1 on, too.
   [[nodiscard]] ThermalPicture read(const std::filesystem::path& file,

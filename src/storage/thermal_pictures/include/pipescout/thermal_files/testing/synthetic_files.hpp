@@ -97,24 +97,34 @@ std::string tiff_with_missing(const std::vector<Pixel>& pixels, std::uint32_t wi
   return tiff.file(tiff.directory());
 }
 
+/// APP1.
+inline std::string jpeg_segment(const std::string& content) {
+  const std::size_t size = content.size() + 2;
+  return std::string{'\xff', '\xe1', static_cast<char>(size >> 8U), static_cast<char>(size)} +
+         content;
+}
+
+/// A JPEG file with the maker of a camera in EXIF.
+inline std::string jpeg_made_by(const std::string& jpeg, const std::string& maker) {
+  TiffBuilder exif;
+  exif.text(0x010f, maker);
+  return jpeg.substr(0, 2) +
+         jpeg_segment(std::string("Exif\0\0", 6) + exif.file(exif.directory())) + jpeg.substr(2);
+}
+
 /// A JPEG file with a block of FLIR's and the time of EXIF, each left out where it is empty.
 inline std::string jpeg_with(const std::string& jpeg, const std::string& flir,
                              const std::string& exif_time) {
-  const auto segment = [](const std::string& content) {
-    const std::size_t size = content.size() + 2;
-    return std::string{'\xff', '\xe1', static_cast<char>(size >> 8U), static_cast<char>(size)} +
-           content;
-  };
   std::string file = jpeg.substr(0, 2);
   if (!exif_time.empty()) {
     TiffBuilder exif;
     exif.text(0x9003, exif_time);
     const auto inner = exif.directory();
     exif.number(0x8769, inner);
-    file += segment(std::string("Exif\0\0", 6) + exif.file(exif.directory()));
+    file += jpeg_segment(std::string("Exif\0\0", 6) + exif.file(exif.directory()));
   }
   if (!flir.empty()) {
-    file += segment(std::string("FLIR\0\1\0\0", 8) + flir);
+    file += jpeg_segment(std::string("FLIR\0\1\0\0", 8) + flir);
   }
   return file + jpeg.substr(2);
 }
