@@ -73,6 +73,9 @@ int inspect_leaks(const Arguments& arguments) {
             << " more with insufficient evidence\n"
             << result.degrees << (result.degrees.empty() ? "" : "\n")
             << (options.out / "report.html").string() << '\n';
+  for (const std::string& advice : result.advice) {
+    std::cerr << "note: " << advice << '\n';
+  }
   if (result.failed > 0) {
     std::cerr << "error: " << of(result.failed, "image") << " could not be used\n";
   }
@@ -103,7 +106,10 @@ void add_commands(CLI::App& app, Action& action) {
   for (const thermal::DetectorPreset preset : thermal::kDetectorPresets) {
     names.emplace_back(to_string(preset));
   }
-  leaks->add_option("--preset", arguments->preset, "Instead of the preset of survey.yaml")
+  leaks
+      ->add_option("--preset", arguments->preset,
+                   "Pipes to look for; instead of that of survey.yaml, or " +
+                       std::string(to_string(thermal::kDefaultPreset)))
       ->check(CLI::IsMember(names));
   leaks->callback([=, &action] { action = [=] { return inspect_leaks(*arguments); }; });
   add_welds_command(app, action);

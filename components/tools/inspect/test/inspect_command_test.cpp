@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kWidth = 160;
 constexpr std::uint32_t kHeight = 120;
 
-/// A pipe of 140 degC through the middle, with 0.25 of its length at 230 degC.
-std::string picture(bool leaks) {
+/// A pipe through the middle, with 0.25 of its length at 230 degC.
+std::string picture(bool leaks, float pipe_temperature = 140) {
   struct Entry {
     std::uint16_t tag;
     std::uint16_t type;  // 3: 16 bits, 4: 32 bits
@@ -63,7 +63,9 @@ std::string picture(bool leaks) {
     for (std::uint32_t x = 0; x < kWidth; ++x) {
       const bool pipe = y >= 54 && y <= 66;
       const bool leak = leaks && pipe && x >= 60 && x < 100;
-      add(leak ? 230.0F : pipe ? 140.0F : 15.0F + static_cast<float>((x * 7 + y * 13) % 5));
+      add(leak   ? 230.0F
+          : pipe ? pipe_temperature
+                 : 15.0F + static_cast<float>((x * 7 + y * 13) % 5));
     }
   }
   return tiff;
@@ -109,6 +111,19 @@ TEST_F(InspectCommand, TellsWhatItCannotUseAndGoesOn) {
   EXPECT_THAT(done.out, HasSubstr("2 images, 2 with pipes, 0 leaks in single images"));
   EXPECT_THAT(done.err, AllOf(HasSubstr("warning: night/1.jpg: is empty"),
                               HasSubstr("error: 1 image could not be used")));
+}
+
+TEST_F(InspectCommand, NamesThePresetThatFindsPipes) {
+  for (const char* name : {"0.tiff", "1.tiff"}) {
+    write(std::string("night/") + name, picture(false, 85));
+  }
+  const Finished done = run({"night", "--out", "found"});
+  EXPECT_EQ(done.code(), 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("2 images, 0 with pipes"));
+  EXPECT_THAT(done.err, AllOf(HasSubstr("note: no pipe in 2 images with preset collectors"),
+                              HasSubstr("--preset hot_pipes finds pipes in 2")));
+  EXPECT_THAT(run({"night", "--out", "found", "--preset", "hot_pipes"}).out,
+              HasSubstr("2 images, 2 with pipes"));
 }
 
 TEST_F(InspectCommand, WhatCannotBegin) {

@@ -78,10 +78,10 @@ void read_folder(const fs::path& folder, const ThermalSettings& settings, double
   const PictureFolder found = pictures_in(
       folder, [](const std::string&) { return std::optional<double>(); }, reader);
   if (!found.problem.empty()) {
-    sink.fail(folder.string(), found.problem);
+    sink.fail(folder.string(), found.problem, "");
   }
   for (const std::string& name : found.unread) {
-    sink.fail(name, "is a recording in a format that is not read");
+    sink.fail(name, "is a recording in a format that is not read", "");
   }
   std::optional<double> last;
   for (std::size_t i = 0; i < found.pictures.size(); ++i) {
@@ -93,9 +93,13 @@ void read_folder(const fs::path& folder, const ThermalSettings& settings, double
       const double next = last ? *last + 1 / frame_rate : 0;
       // Clocks of whole seconds give several images the same time.
       last = told && (!last || *told > *last) ? *told : next;
-      sink.take({.name = from.name(), .time = *last, .pixels = picture.view(), .celsius = {}});
+      sink.take({.name = from.name(),
+                 .time = *last,
+                 .pixels = picture.view(),
+                 .celsius = {},
+                 .unit_doubt = picture.unit_doubt});
     } catch (const ThermalFileError& error) {
-      sink.fail(from.name(), error.what());
+      sink.fail(from.name(), error.what(), error.advice());
     }
   }
   sink.progress(found.pictures.size(), found.pictures.size());
@@ -115,7 +119,7 @@ void read_bag(const fs::path& bag, const std::string& topic, const ThermalSettin
     sink.progress(number, std::max(static_cast<std::size_t>(chosen.messages), number + 1));
     const std::string name = std::to_string(++number);
     if (!type->deserialize(next->data, message.get())) {
-      sink.fail(name, "cannot be decoded");
+      sink.fail(name, "cannot be decoded", "");
       continue;
     }
     try {
@@ -123,11 +127,11 @@ void read_bag(const fs::path& bag, const std::string& topic, const ThermalSettin
       image.name = name;
       sink.take(image);
     } catch (const std::invalid_argument& error) {
-      sink.fail(name, error.what());
+      sink.fail(name, error.what(), "");
     }
   }
   if (!damage.empty()) {
-    sink.fail(bag.string(), "cannot be read to its end: " + damage);
+    sink.fail(bag.string(), "cannot be read to its end: " + damage, "");
   }
   sink.progress(number, number);
 }

@@ -18,11 +18,15 @@ struct SourceImage {
   double time = 0;   ///< s
   ThermalImageReader::View pixels;
   std::span<const float> celsius;  ///< of each count or grey level; empty for degC
+  std::string unit_doubt;          ///< as of ThermalPicture
 };
 
 struct ImageSink {
   std::function<void(const SourceImage& image)> take;
-  std::function<void(const std::string& name, const std::string& problem)> fail;
+  /// `advice`: as of ThermalFileError.
+  std::function<void(const std::string& name, const std::string& problem,
+                     const std::string& advice)>
+      fail;
   std::function<void(std::size_t done, std::size_t total)> progress;
 };
 

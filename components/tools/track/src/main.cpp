@@ -9,15 +9,16 @@
 #include <vector>
 
 #include "image_source.hpp"
-#include "pipe_tracks.hpp"
 #include "pipescout/bags/topic_choice.hpp"
 #include "pipescout/command_line/command.hpp"
 #include "pipescout/command_line/progress_printer.hpp"
+#include "pipescout/command_line/results.hpp"
 #include "pipescout/files/whole_file.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
 #include "pipescout/leak_survey/survey_settings.hpp"
 #include "pipescout/thermal_files/yaml_entries.hpp"
 #include "pipescout/thermal_parameters/survey_parameters.hpp"
+#include "tracking_run.hpp"
 
 namespace pipescout::track {
 namespace {
@@ -34,18 +35,13 @@ struct Arguments {
   std::string thermal;
   std::string preset;
   std::uint64_t seed = 1;
+  std::size_t overlays = 30;
 };
 
-/// What survey.yaml in the folder says; hot pipes where it says nothing.
 SurveySettings survey_of(const Arguments& arguments, const fs::path& folder) {
-  auto preset = thermal::detector_preset(arguments.preset);
   const fs::path file = folder / kSurveyFile;
-  const bool exists = fs::exists(file);
-  if (!preset && !exists) {
-    preset = thermal::DetectorPreset::kHotPipes;
-  }
-  return parse_survey_settings(exists ? text_of(file) : "", file.string(), read_survey_parameters,
-                               preset);
+  return parse_survey_settings(fs::exists(file) ? text_of(file) : "", file.string(),
+                               read_survey_parameters, thermal::detector_preset(arguments.preset));
 }
 
 ThermalSettings thermal_of(const Arguments& arguments, const fs::path& folder) {
@@ -58,22 +54,22 @@ ThermalSettings thermal_of(const Arguments& arguments, const fs::path& folder) {
 
 int track(const Arguments& arguments) {
   const fs::path source = arguments.source;
+  const fs::path out = arguments.out;
+  command_line::require_new_folder(out);
   const fs::path folder = fs::is_directory(source) ? source : source.parent_path();
   const SurveySettings survey = survey_of(arguments, folder);
   const ThermalSettings thermal = thermal_of(arguments, folder);
   command_line::ProgressPrinter printer(std::cerr, isatty(STDERR_FILENO) == 1);
-  std::vector<std::string> problems;
-  PipeTracks tracks(survey.detector, arguments.seed);
+  TrackingRun run(
+      survey,
+      {.seed = arguments.seed, .overlays = out / "overlays", .overlay_count = arguments.overlays});
   const ImageSink sink{
-      .take = [&](const SourceImage& image) { tracks.take(image); },
-      .fail =
-          [&](const std::string& name, const std::string& problem) {
-            problems.push_back(problem.find(name) == std::string::npos ? name + ": " + problem
-                                                                       : problem);
-            tracks.fail(name, problem);
-          },
+      .take = [&](const SourceImage& image) { run.take(image); },
+      .fail = [&](const std::string& name, const std::string& problem,
+                  const std::string& advice) { run.fail(name, problem, advice); },
       .progress =
           [&](std::size_t done, std::size_t total) {
+            run.expect(total);
             const double share =
                 total == 0 ? 1 : static_cast<double>(done) / static_cast<double>(total);
             printer.show(std::to_string(done) + " of " + std::to_string(total) + " images", share,
@@ -85,14 +81,18 @@ int track(const Arguments& arguments) {
     read_folder(source, thermal, survey.frame_rate, sink);
   }
   printer.finish();
-  for (const std::string& problem : problems) {
+  for (const std::string& problem : run.problems()) {
     std::cerr << "warning: " << problem << '\n';
   }
-  const fs::path out = arguments.out;
+  const PipeTracks& tracks = run.tracks();
   fs::create_directories(out);
   replace_file(out / "track.csv", tracks.csv());
   std::cout << tracks.summary() << (out / "track.csv").string() << '\n';
-  if (const std::string advice = tracks.advice(); !advice.empty()) {
+  if (run.overlays() > 0) {
+    std::cout << (out / "overlays").string() << ": " << run.overlays()
+              << (run.overlays() == 1 ? " picture" : " pictures") << " of the track\n";
+  }
+  for (const std::string& advice : run.advice()) {
     std::cerr << "note: " << advice << '\n';
   }
   if (tracks.failed() > 0) {
@@ -109,7 +109,7 @@ void add_commands(CLI::App& app, Action& action) {
          "leaks` takes them; or a bag (folder, .db3, .mcap, .bag)")
       ->required()
       ->check(CLI::ExistingPath);
-  app.add_option("--out", arguments->out, "Folder for track.csv")->required();
+  app.add_option("--out", arguments->out, "New folder for track.csv and overlays/")->required();
   app.add_option("--topic", arguments->topic, "Topic of the images, of a bag with several");
   app.add_option("--thermal", arguments->thermal,
                  "Conversion of counts and grey levels to temperatures; instead of thermal.yaml")
@@ -119,9 +119,13 @@ void add_commands(CLI::App& app, Action& action) {
     names.emplace_back(to_string(preset));
   }
   app.add_option("--preset", arguments->preset,
-                 "Pipes to look for; instead of that of survey.yaml, or hot_pipes")
+                 "Pipes to look for; instead of that of survey.yaml, or " +
+                     std::string(to_string(thermal::kDefaultPreset)))
       ->check(CLI::IsMember(names));
   app.add_option("--seed", arguments->seed, "Of the particles");
+  app.add_option("--overlays", arguments->overlays, "Pictures with the track drawn over the image")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
   app.callback([=, &action] { action = [=] { return track(*arguments); }; });
 }
 

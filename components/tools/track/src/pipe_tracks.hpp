@@ -28,6 +28,14 @@ class PipeTracks {
   /// Why there may be no track though there are pipes; empty: there is one.
   [[nodiscard]] std::string advice() const;
   [[nodiscard]] std::size_t failed() const noexcept { return failed_; }
+  /// Images that were taken, and those of them in which a pipe was detected.
+  [[nodiscard]] std::size_t images() const noexcept { return images_; }
+  [[nodiscard]] std::size_t with_pipes() const noexcept { return with_pipes_; }
+  /// Of the last image.
+  [[nodiscard]] const std::vector<tracking::PipeRegion>& regions() const noexcept {
+    return regions_;
+  }
+  [[nodiscard]] const tracking::PipeTrack& track() const noexcept { return tracker_.track(); }
 
  private:
   thermal::LeakDetector detector_;

@@ -14,6 +14,7 @@
 #include "pipescout/leak_store/findings_archive.hpp"
 #include "pipescout/leak_store/leak_report.hpp"
 #include "pipescout/leak_survey/picture_recording.hpp"
+#include "pipescout/leak_survey/preset_advice.hpp"
 #include "pipescout/leak_survey/survey_poses.hpp"
 #include "pipescout/thermal_files/picture_folder.hpp"
 #include "pipescout/thermal_files/thermal_file.hpp"
@@ -108,6 +109,7 @@ class Survey {
         tell_alike();
       } catch (const ThermalFileError& error) {
         tell_failed(pictures[i], error.what());
+        advise(error.advice());
       }
     }
     tell_alike();
@@ -120,6 +122,9 @@ class Survey {
     if (result_.same_time > 0) {
       complain(std::to_string(result_.same_time) + " of " + std::to_string(pictures.size()) +
                " pictures have the time of the one before: they follow it at frame_rate");
+    }
+    if (result_.with_pipes == 0) {
+      advise(preset_advice(preset_trial_, settings_, result_.pictures));
     }
     finish();
     return result_;
@@ -150,6 +155,13 @@ class Survey {
 
   [[nodiscard]] double focal_length(int width) const {
     return 0.5 * width / std::tan(0.5 * settings_.field_of_view.value_or(kUsualFieldOfView));
+  }
+
+  /// Once, whatever the number of images that ask for it.
+  void advise(const std::string& advice) {
+    if (!advice.empty() && std::ranges::find(result_.advice, advice) == result_.advice.end()) {
+      result_.advice.push_back(advice);
+    }
   }
 
   void tell_unread(const PictureFolder& found) {
@@ -228,6 +240,10 @@ class Survey {
     ThermalPicture picture = reader_.read(from.file, *from.frames, from.frame);
     ++result_.pictures;
     const std::string name = from.name();
+    if (!picture.unit_doubt.empty() && !unit_is_doubted_) {
+      unit_is_doubted_ = true;
+      complain(name + ": " + picture.unit_doubt);
+    }
     const auto pose = poses_.by_file.find(name);
     const PicturePose* known = pose == poses_.by_file.end() ? nullptr : &pose->second;
 
@@ -337,6 +353,9 @@ class Survey {
       }
     }
     result_.with_pipes += detections.pipes.empty() ? 0U : 1U;
+    if (result_.with_pipes == 0 && !picture.levels) {
+      preset_trial_.keep(picture.view());
+    }
     result_.leak_detections += detections.leaks.size();
     if (detections.width == picture.width && detections.height == picture.height) {
       shown.overview = make_overview(picture.view(), detections, kOverviewSide);
@@ -407,6 +426,8 @@ class Survey {
   std::string failed_file_;
   std::size_t failed_alike_ = 0;  // frames in a row
   LeakSurveyResult result_;
+  thermal::PresetTrial preset_trial_;
+  bool unit_is_doubted_ = false;
   std::string first_without_pose_;  // file name
 };
 

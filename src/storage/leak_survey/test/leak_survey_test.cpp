@@ -269,7 +269,8 @@ TEST_F(Survey, BrokenPicturesAreToldAndTheOthersCount) {
   write("night/000.png", "");
   write("night/001.png", content(folder_ / "night" / "002.png").substr(0, 90));
   write("night/0045.jpg", "\xff\xd8\xff\xe0 no more of it");
-  cv::imwrite((folder_ / "night" / "0071.png").string(), cv::Mat(9, 9, CV_8UC3));
+  cv::imwrite((folder_ / "night" / "0071.png").string(),
+              cv::Mat(9, 9, CV_8UC3, cv::Scalar(1, 2, 3)));
   cv::imwrite((folder_ / "night" / "0072.png").string(),
               cv::Mat(kHeight, kWidth, CV_16UC1, cv::Scalar(65535)));
   cv::imwrite((folder_ / "night" / "0073.tiff").string(),
@@ -287,6 +288,50 @@ TEST_F(Survey, BrokenPicturesAreToldAndTheOthersCount) {
   EXPECT_EQ(result.failed, 7U);
   EXPECT_EQ(problems_.size(), 7U);
   EXPECT_THAT(content(folder_ / "out" / "report.html"), HasSubstr("000.png: is empty"));
+}
+
+TEST_F(Survey, FalseColoursAreAdvisedOnOnce) {
+  drive("night", true, 1000);
+  for (const char* name : {"0071.png", "0072.png"}) {
+    cv::imwrite((folder_ / "night" / name).string(),
+                cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(1, 2, 3)));
+  }
+  const LeakSurveyResult result = survey_leaks(options());
+  EXPECT_EQ(result.failed, 2U);
+  EXPECT_EQ(problems_.size(), 2U);
+  EXPECT_THAT(result.advice, ::testing::ElementsAre(HasSubstr("FLIR's radiometric JPEG")));
+}
+
+TEST_F(Survey, WithoutPipesPresetsThatFindThemAreNamed) {
+  for (const char* name : {"0.tiff", "1.tiff", "2.tiff"}) {
+    cv::Mat image;
+    picture(0, false).convertTo(image, CV_32F, 0.01, -100);
+    image.setTo(85, image > 100);
+    cv::imwrite((folder_ / "night" / name).string(), image);
+  }
+  const LeakSurveyResult result = survey_leaks(options());
+  EXPECT_EQ(result.with_pipes, 0U);
+  EXPECT_THAT(
+      result.advice,
+      ::testing::ElementsAre(HasSubstr(
+          "no pipe in 3 images with preset collectors, which looks for what is above 100 degC; "
+          "the images are from 15.0 to 85.0 degC. Tried on 3 of them: --preset hot_pipes finds "
+          "pipes in 3")));
+  LeakSurveyOptions other = options();
+  other.preset = thermal::DetectorPreset::kHotPipes;
+  other.out = folder_ / "other";
+  EXPECT_THAT(survey_leaks(other).advice, ::testing::IsEmpty());
+}
+
+TEST_F(Survey, KelvinTakenForCelsiusIsDoubtedOnce) {
+  for (const char* name : {"0.tiff", "1.tiff"}) {
+    cv::Mat image;
+    picture(0, false).convertTo(image, CV_32F, 0.01, -100 + 273.15);
+    cv::imwrite((folder_ / "night" / name).string(), image);
+  }
+  (void)survey_leaks(options());
+  EXPECT_THAT(problems_, Contains(HasSubstr("0.tiff: temperatures of 288.")));
+  EXPECT_THAT(problems_, Not(Contains(HasSubstr("1.tiff"))));
 }
 
 TEST_F(Survey, PosesMayLieElsewhere) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pipescout/leak_survey/survey_settings.hpp"
 
@@ -44,6 +45,8 @@ struct LeakSurveyResult {
   std::size_t without_pose = 0;  ///< while others have one: leaks in them have no position
   std::size_t levels = 0;        ///< of automatic gain, without degrees
   std::string degrees;           ///< how sure they are: degrees_text
+  /// What to do about images that could not be used, or about images without pipes: sentences.
+  std::vector<std::string> advice;
   std::size_t with_pipes = 0;
   std::size_t leak_detections = 0;
   std::size_t raised = 0;      ///< findings that are raised now, including those of other days

@@ -18,7 +18,7 @@ namespace pipescout {
 
 /// Description of how the images of a folder were taken.
 struct SurveySettings {
-  thermal::DetectorPreset preset = thermal::DetectorPreset::kCollectors;
+  thermal::DetectorPreset preset = thermal::kDefaultPreset;
   std::optional<double> field_of_view;               ///< rad, across the whole width of an image
   std::optional<geometry::CameraParameters> camera;  ///< instead of a field of view
   double frame_rate = 9;                             ///< 1/s, of images without time
