@@ -12,6 +12,7 @@
 #include "estimator_messages.hpp"
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/map_origin.hpp"
 #include "pipescout/message_conversions/motion.hpp"
 #include "pipescout/runtime/conversions.hpp"
 #include "pipescout/runtime/register_component.hpp"
@@ -82,6 +83,9 @@ CallbackReturn StateEstimator::on_configure() {
   settings_ = declared_.read(*this);
   estimator_.emplace(settings_.estimator);
   map_.reset();
+  if (settings_.publish_tf) {
+    origin_broadcaster_.emplace(*this);
+  }
   if (settings_.datum) {
     place_map(*settings_.datum);
   }
@@ -165,6 +169,7 @@ CallbackReturn StateEstimator::on_cleanup() {
   state_publisher_ = {};
   tf_publisher_ = {};
   hint_publisher_ = {};
+  origin_broadcaster_.reset();
   estimator_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -283,6 +288,9 @@ void StateEstimator::on_fix(const Fix& message) {
 
 void StateEstimator::place_map(const geometry::GeodeticPosition& origin) {
   map_.emplace(origin);
+  if (origin_broadcaster_) {
+    origin_broadcaster_->send(map_origin_transform(*map_, settings_.map_frame, now()));
+  }
   if (settings_.earth && !settings_.implied_imu) {
     estimator_->set_earth(estimation::Earth::at_latitude(origin.latitude));
   }

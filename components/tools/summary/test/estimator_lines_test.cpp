@@ -103,10 +103,7 @@ TEST(CsvLines, FactorSourceAndFix) {
   message.source_refused = {8};
   EXPECT_EQ(columns(source_csv_line(message, 0)), columns(source_csv_header()));
   EXPECT_EQ(source_csv_line(message, 0), "0.000000000,gps,doubted,5,6,7,8");
-  sensor_msgs::msg::NavSatFix fix;
-  fix.latitude = 46.5;
-  fix.longitude = -8.25;
-  fix.altitude = std::numeric_limits<double>::quiet_NaN();
+  const GpsPlace fix{.place = {46.5, -8.25, std::numeric_limits<double>::quiet_NaN()}};
   EXPECT_EQ(columns(gps_csv_line(fix, {})), columns(gps_csv_header()));
   EXPECT_EQ(gps_csv_line(fix, {1.0, 2.0, 3.0}), "0.000000000,46.5,-8.25,nan,1,2,3");
 }

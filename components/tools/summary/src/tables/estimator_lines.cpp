@@ -149,12 +149,11 @@ std::string gps_csv_header() {
   return "stamp,latitude,longitude,altitude,x,y,z";
 }
 
-std::string gps_csv_line(const sensor_msgs::msg::NavSatFix& message,
-                         const Eigen::Vector3d& position) {
-  return CsvLine(from_message(message.header.stamp))
-      .add(message.latitude)
-      .add(message.longitude)
-      .add(message.altitude)
+std::string gps_csv_line(const GpsPlace& fix, const Eigen::Vector3d& position) {
+  return CsvLine(fix.stamp)
+      .add(fix.place.latitude)
+      .add(fix.place.longitude)
+      .add(fix.place.altitude)
       .add_each(position)
       .text();
 }

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <nav_msgs/msg/odometry.hpp>
 #include <pipescout_msgs/msg/estimator_state.hpp>
-#include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
 
+#include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/geometry/se3.hpp"
 #include "pipescout/runtime/time.hpp"
 #include "tables/estimator_report.hpp"
@@ -40,9 +40,12 @@ namespace pipescout::summary {
 [[nodiscard]] std::string source_csv_line(const pipescout_msgs::msg::EstimatorState& message,
                                           std::size_t source);
 
+struct GpsPlace {
+  Time stamp{};
+  geometry::GeodeticPosition place;  ///< altitude NaN: not known
+};
 [[nodiscard]] std::string gps_csv_header();
 /// `position`: m, in the map.
-[[nodiscard]] std::string gps_csv_line(const sensor_msgs::msg::NavSatFix& message,
-                                       const Eigen::Vector3d& position);
+[[nodiscard]] std::string gps_csv_line(const GpsPlace& fix, const Eigen::Vector3d& position);
 
 }  // namespace pipescout::summary

@@ -9,14 +9,19 @@
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <stdexcept>
 #include <string>
+#include <tf2_msgs/msg/tf_message.hpp>
+#include <utility>
 #include <vector>
 
 #include "pipescout/catalogue/topics.hpp"
 #include "pipescout/geometry/geodesy.hpp"
 #include "pipescout/message_conversions/geometry.hpp"
+#include "pipescout/message_conversions/map_origin.hpp"
 #include "pipescout/mission_tables/pose_csv.hpp"
 #include "pipescout/mission_tables/thinning.hpp"
 #include "pipescout/runtime/conversions.hpp"
+#include "pipescout/runtime/standard_topics.hpp"
+#include "pipescout/validation/number_text.hpp"
 #include "tables/estimator_lines.hpp"
 #include "tables/estimator_report.hpp"
 #include "tables/makers.hpp"
@@ -62,14 +67,18 @@ void require_finite(const geometry_msgs::msg::Twist& twist) {
   }
 }
 
+/// An unknown altitude is taken as 0.
+geometry::GeodeticPosition on_the_ellipsoid(geometry::GeodeticPosition place) {
+  place.altitude = std::isnan(place.altitude) ? 0.0 : place.altitude;
+  return place;
+}
+
 class EstimatorTables final : public TableMaker {
  public:
   EstimatorTables(const Robot& robot, const TableOptions::Estimator& options);
 
  protected:
-  MissionSection section(const std::string& figure_prefix) const override {
-    return report_.section(figure_prefix);
-  }
+  MissionSection section(const std::string& figure_prefix) const override;
   std::string counts() const override {
     return std::to_string(report_.estimates()) + " estimates and " +
            std::to_string(report_.keyframes()) + " keyframes received";
@@ -85,18 +94,26 @@ class EstimatorTables final : public TableMaker {
   using Odometry = nav_msgs::msg::Odometry;
   using State = pipescout_msgs::msg::EstimatorState;
   using Fix = sensor_msgs::msg::NavSatFix;
+  using Transforms = tf2_msgs::msg::TFMessage;
 
   void on_estimate(const Odometry& message);
   void on_truth(const Odometry& message);
   void on_state(const State& message);
   void on_fix(const Fix& message);
+  void on_transforms(const Transforms& message);
   void begin_map(const std::vector<double>& datum);
+  void write_fix(const GpsPlace& fix);
+  void write_waiting();
+  void write_last() override;
 
   EstimatorReport report_;
   bool has_states_ = false;
   Thinning estimate_thinning_;
   Thinning truth_thinning_;
-  std::optional<geometry::LocalFrame> map_;  // from the datum, or the first fix, on
+  std::optional<geometry::LocalFrame> map_;  // once its origin is known
+  std::string origin_source_;                // of the map
+  bool is_given_ = false;                    // the origin, by an option
+  std::vector<GpsPlace> waiting_;            // fixes from before it was known
 };
 
 EstimatorTables::EstimatorTables(const Robot& robot, const TableOptions::Estimator& options)
@@ -114,6 +131,7 @@ EstimatorTables::EstimatorTables(const Robot& robot, const TableOptions::Estimat
   record(topics::kTrueOdometry, "truth", [this](const Odometry& m) { on_truth(m); });
   record(topics::kEstimatorState, "states", [this](const State& m) { on_state(m); });
   record(topics::kGpsFix, "fixes", [this](const Fix& m) { on_fix(m); });
+  record(topics::kTfStatic, "transforms", [this](const Transforms& m) { on_transforms(m); });
 }
 
 void EstimatorTables::begin_map(const std::vector<double>& datum) {
@@ -126,6 +144,8 @@ void EstimatorTables::begin_map(const std::vector<double>& datum) {
   }
   try {
     map_.emplace(geometry::GeodeticPosition{datum[0], datum[1], datum[2]});
+    is_given_ = true;
+    origin_source_ = "as summary.estimator.datum gives it";
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string("summary.estimator.datum: ") + error.what());
   }
@@ -173,13 +193,61 @@ void EstimatorTables::on_fix(const Fix& message) {
   if (message.status.status < sensor_msgs::msg::NavSatStatus::STATUS_FIX) {
     return;
   }
-  const geometry::GeodeticPosition place{message.latitude, message.longitude,
-                                         std::isnan(message.altitude) ? 0.0 : message.altitude};
-  place.validate();
-  if (!map_) {
-    map_.emplace(place);
+  const GpsPlace fix{from_message(message.header.stamp),
+                     {message.latitude, message.longitude, message.altitude}};
+  on_the_ellipsoid(fix.place).validate();
+  if (map_) {
+    write_fix(fix);
+  } else {
+    waiting_.push_back(fix);
   }
-  file("gps.csv", gps_csv_header).write(gps_csv_line(message, map_->position(place)));
+}
+
+/// What the estimator tells: once it has its datum, and again where it starts anew with another.
+void EstimatorTables::on_transforms(const Transforms& message) {
+  if (is_given_) {
+    return;
+  }
+  if (const auto origin = map_origin(message)) {
+    map_.emplace(*origin);
+    origin_source_ = "as the estimator tells it";
+    write_waiting();
+  }
+}
+
+void EstimatorTables::write_fix(const GpsPlace& fix) {
+  file("gps.csv", gps_csv_header)
+      .write(gps_csv_line(fix, map_->position(on_the_ellipsoid(fix.place))));
+}
+
+void EstimatorTables::write_waiting() {
+  for (const GpsPlace& fix : waiting_) {
+    write_fix(fix);
+  }
+  waiting_.clear();
+}
+
+void EstimatorTables::write_last() {
+  if (!map_ && !waiting_.empty()) {
+    map_.emplace(on_the_ellipsoid(waiting_.front().place));
+    origin_source_ =
+        "which is the first fix: the bag does not tell the estimator's (option estimator.datum "
+        "does), "
+        "so that gps.csv may be shifted against the estimate";
+    write_waiting();
+  }
+}
+
+MissionSection EstimatorTables::section(const std::string& figure_prefix) const {
+  MissionSection section = report_.section(figure_prefix);
+  if (map_ && !origin_source_.empty()) {
+    const geometry::GeodeticPosition& datum = map_->datum();
+    section.notes.push_back("Origin of the map: " + validation::fixed_text(datum.latitude, 7) +
+                            ", " + validation::fixed_text(datum.longitude, 7) + ", " +
+                            validation::fixed_text(datum.altitude, 2) + " m, " + origin_source_ +
+                            ".");
+  }
+  return section;
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ struct TableOptions {
   };
   struct Estimator {
     double period = 0.1;        ///< s, from one pose to the next; 0: all
-    std::vector<double> datum;  ///< degrees, degrees, m: origin of the map; empty: the first fix
+    std::vector<double> datum;  ///< degrees, degrees, m: origin of the map; empty: as the estimator
+                                ///< tells it on tf_static, else the first fix
   };
 
   Crawler crawler;
