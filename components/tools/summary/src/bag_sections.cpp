@@ -155,7 +155,11 @@ class Summary {
     for (const std::string& ns : namespaces(topics)) {
       const Robot robot{.ns = ns, .source = mission.info.source, .folder = mission.folder};
       table_makers_.push_back(crawler_tables(robot, options.crawler));
-      table_makers_.push_back(odometry_tables(robot, options.odometry));
+      const auto offsets = mission.info.odometer_offsets.find(ns);
+      table_makers_.push_back(odometry_tables(robot, options.odometry,
+                                              offsets == mission.info.odometer_offsets.end()
+                                                  ? std::nullopt
+                                                  : std::optional(offsets->second)));
       table_makers_.push_back(rack_tables(robot, options.rack));
       table_makers_.push_back(leak_tables(robot));
       table_makers_.push_back(tracking_tables(robot, options.tracking));

@@ -3,6 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <set>
 #include <stdexcept>
 
 #include "pipescout/runtime/names.hpp"
@@ -32,6 +33,26 @@ std::string source_of(const YAML::Node& components) {
   return "";
 }
 
+/// Of the one consensus fusion of each namespace.
+std::map<std::string, std::vector<double>> offsets_of(const YAML::Node& components) {
+  std::map<std::string, std::vector<double>> offsets;
+  std::set<std::string> ambiguous;
+  for (const YAML::Node& component : components) {
+    const YAML::Node& added = component["parameters"]["offsets"];
+    if (text(component["type"]) != "pipescout::OdometryFusion" || !added) {
+      continue;
+    }
+    const std::string ns = text(component["namespace"]);
+    if (!offsets.emplace(ns.empty() ? "/" : ns, added.as<std::vector<double>>()).second) {
+      ambiguous.insert(ns.empty() ? "/" : ns);
+    }
+  }
+  for (const std::string& ns : ambiguous) {
+    offsets.erase(ns);
+  }
+  return offsets;
+}
+
 }  // namespace
 
 MissionInfo read_mission_info(const fs::path& mission_folder) {
@@ -47,6 +68,7 @@ MissionInfo read_mission_info(const fs::path& mission_folder) {
     }
     if (root["components"]) {
       info.source = source_of(root["components"]);
+      info.odometer_offsets = offsets_of(root["components"]);
       for (const YAML::Node& component : root["components"]) {
         info.nodes.push_back(node_of(component).fully_qualified());
       }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct MissionInfo {
   std::vector<std::string> nodes;
   /// Nodes whose completion makes the mission complete; empty: all that report.
   std::vector<std::string> complete_when;
+  /// m, what the consensus fusion of a namespace adds to the readings of its odometers: empty for
+  /// nothing. A namespace that is missing: not known.
+  std::map<std::string, std::vector<double>> odometer_offsets;
   TableOptions options;
 };
 

@@ -12,14 +12,18 @@
 #include <pipescout_msgs/msg/mission_status.hpp>
 #include <pipescout_msgs/msg/odometer_readings.hpp>
 #include <pipescout_msgs/msg/pipe_position.hpp>
+#include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
 #include <system_error>
+#include <tf2_msgs/msg/tf_message.hpp>
 #include <vector>
 
 #include "bag_sections.hpp"
 #include "pipescout/bag_topics/bag_topic.hpp"
 #include "pipescout/bags/bag_writer.hpp"
+#include "pipescout/csv/csv_rows.hpp"
 #include "pipescout/files/testing/temporary_folder.hpp"
+#include "pipescout/message_conversions/map_origin.hpp"
 #include "pipescout/testing/program.hpp"
 #include "tables/table_files.hpp"
 
@@ -82,6 +86,15 @@ FusedOdometer fused(int second, double distance) {
   message.support = {1, 1, 1, 1};
   message.distance = distance;
   message.variance = 0.25;
+  return message;
+}
+
+nav_msgs::msg::Odometry odometry(int second) {
+  auto message = at<nav_msgs::msg::Odometry>(second);
+  message.pose.pose.orientation.w = 1;
+  for (std::size_t k = 0; k < 6; ++k) {
+    message.pose.covariance[7 * k] = 0.01;
+  }
   return message;
 }
 
@@ -201,6 +214,59 @@ TEST_F(TablesOfAMission, ReadingsWantTheirFusedDistancesAndAReference) {
   EXPECT_THAT(content("odometry/fused.csv"), HasSubstr("1,1700000001.000000000,1.1,0.5,ok,1 2,"));
 }
 
+TEST_F(TablesOfAMission, ReadingsHaveTheOffsetsOfTheirFusion) {
+  compose(std::string(kCrawler) +
+          "  - {type: \"pipescout::OdometryFusion\", name: fusion, parameters: {offsets: [0.5, "
+          "0.25]}}\n");
+  write("/odometer/readings", readings(1, {1.0, 1.2}));
+  write("/odometer/fused", fused(1, 1.475));
+  const auto section = tables().tables.at("odometry");
+  EXPECT_THAT(section.columns,
+              AllOf(Contains("wheel_1 + 0.5 [m]"), Contains("wheel_2 + 0.25 [m]")));
+  EXPECT_EQ(section.rows[0][1], MissionCell(1.5));
+  EXPECT_EQ(section.rows[0][2], MissionCell(1.45));
+  EXPECT_THAT(content("odometry/readings.csv"), HasSubstr(",1,1.2,"));
+}
+
+TEST_F(TablesOfAMission, FixesAreInTheMapOfTheEstimator) {
+  compose(kCrawler);
+  const auto fix = [](int second, double latitude) {
+    auto message = at<sensor_msgs::msg::NavSatFix>(second);
+    message.latitude = latitude;
+    message.longitude = -5.83;
+    message.altitude = 60;
+    return message;
+  };
+  // Before the estimator tells where its map is, and after it.
+  write("/gps/fix", fix(1, 36.66));
+  tf2_msgs::msg::TFMessage told;
+  told.transforms.push_back(
+      map_origin_transform(geometry::LocalFrame({36.6599, -5.83, 50}), "map", {}));
+  write("/tf_static", told);
+  write("/gps/fix", fix(2, 36.66));
+  write("/odometry/filtered", odometry(2));
+  const auto found = tables();
+  const auto rows = read_csv_rows(content("estimator/gps.csv")).rows;
+  ASSERT_EQ(rows.size(), 3U);
+  for (const std::size_t row : {1U, 2U}) {
+    EXPECT_NEAR(std::stod(rows[row].cells[5]), 11.1, 0.01);  // y: north
+    EXPECT_NEAR(std::stod(rows[row].cells[6]), 10.0, 1e-3);
+  }
+  EXPECT_THAT(found.tables.at("estimator").notes,
+              Contains("Origin of the map: 36.6599000, -5.8300000, 50.00 m, as the estimator tells "
+                       "it."));
+}
+
+TEST_F(TablesOfAMission, FixesOfAMapWhoseOriginIsNotToldAreFromTheFirst) {
+  auto fix = at<sensor_msgs::msg::NavSatFix>(1);
+  fix.latitude = 36.66;
+  write("/gps/fix", fix);
+  write("/odometry/filtered", odometry(1));
+  const auto found = tables();
+  EXPECT_THAT(found.tables.at("estimator").notes, Contains(HasSubstr("which is the first fix")));
+  EXPECT_THAT(content("estimator/gps.csv"), HasSubstr(",36.66,0,0,0,0,0\n"));
+}
+
 TEST_F(TablesOfAMission, OdometersThatAreFollowedOverTimeHaveNoTableOfReadings) {
   auto message = fused(1, 1.0);
   message.health = {0, 0};
@@ -273,6 +339,9 @@ TEST_F(TablesOfAMission, TheCommandMakesTheFilesAnewAndOfAnyBagIntoAFolder) {
   EXPECT_EQ(run({"mission/bag", "--tables", "elsewhere"}).code(), 0);
   EXPECT_EQ(testing::content(temporary_.path() / "elsewhere/crawler/positions.csv"),
             content("crawler/positions.csv"));
+  const auto over = run({"mission/bag", "--tables", "elsewhere"});
+  EXPECT_EQ(over.code(), 1);
+  EXPECT_THAT(over.err, HasSubstr("elsewhere: is not empty ("));
 }
 
 TEST(TableFiles, AppearTogetherAndOnlyWhenTheyAreFinished) {

@@ -27,7 +27,7 @@ OdometryReport::Fused fused_at(int second, double distance) {
           .has_consensus = true,
           .distance = distance,
           .standard_deviation = 0.01,
-          .fusion_set = "1 2"};
+          .in_fusion_set = {true, true}};
 }
 
 OdometryReport::Options two_odometers() {
@@ -47,6 +47,47 @@ TEST(OdometryReport, PutsFusedBesideReadings) {
                           MissionCell(std::string("1 2")), MissionCell(5.5099), MissionCell(0.01)));
   EXPECT_EQ(section.figures.at("odometry_readings"), 1.0);
   EXPECT_EQ(section.figures.at("odometry_fused"), 1.0);
+}
+
+/// Reading 10 of Wang and others (2008), Table 1.
+TEST(OdometryReport, ReadingsAreShownAsTheyWereFused) {
+  OdometryReport report({.odometers = {"front", "left", "right"},
+                         .offsets = std::vector<double>{0.18, 0.155, -0.165},
+                         .reference = {},
+                         .reference_name = ""});
+  (void)report.add_reading(at(1), {5.45, 5.34, 5.69});
+  OdometryReport::Fused fused = fused_at(1, 5.51);
+  fused.in_fusion_set = {false, true, true};
+  (void)report.add_fused(fused);
+  const MissionSection section = report.section("");
+  EXPECT_THAT(section.columns,
+              ElementsAre("reading", "front + 0.18 [m]", "left + 0.155 [m]", "right - 0.165 [m]",
+                          "support set", "fused [m]", "standard deviation [m]"));
+  EXPECT_THAT(section.rows[0],
+              ElementsAre(MissionCell(std::int64_t{1}), MissionCell(5.63), MissionCell(5.495),
+                          MissionCell(5.525), MissionCell(std::string("2 3")), MissionCell(5.51),
+                          MissionCell(0.01)));
+  EXPECT_THAT(section.notes,
+              ElementsAre(HasSubstr("with the offsets 0.18, 0.155, -0.165 m added")));
+}
+
+TEST(OdometryReport, OffsetsThatAreNotKnownAreSaidWhereTheyShow) {
+  OdometryReport unknown(two_odometers());
+  (void)unknown.add_reading(at(1), {5.45, 5.34});
+  (void)unknown.add_fused(fused_at(1, 5.55));
+  EXPECT_THAT(unknown.section("").notes,
+              ElementsAre(HasSubstr("In 1 of 1 rows the fused distance is not between the readings "
+                                    "that were fused: offsets were added")));
+  OdometryReport::Options none = two_odometers();
+  none.offsets = {0.0, 0.0};
+  OdometryReport changed(none);
+  (void)changed.add_reading(at(1), {5.45, 5.34});
+  (void)changed.add_fused(fused_at(1, 5.55));
+  EXPECT_THAT(changed.section("").notes, ElementsAre(HasSubstr("were changed during the run")));
+  OdometryReport agreeing(none);
+  (void)agreeing.add_reading(at(1), {5.45, 5.34});
+  (void)agreeing.add_fused(fused_at(1, 5.4));
+  EXPECT_THAT(agreeing.section("").notes, ::testing::IsEmpty());
 }
 
 TEST(OdometryReport, OrderOfArrivalDoesNotMatter) {
@@ -102,7 +143,7 @@ TEST(OdometryReport, WhatIsMissingHasNoValue) {
   OdometryReport::Fused none = fused_at(2, kNan);
   none.has_consensus = false;
   none.standard_deviation = kNan;
-  none.fusion_set = "";
+  none.in_fusion_set = {false, false};
   (void)report.add_fused(none);
   const MissionSection section = report.section("");
   EXPECT_THAT(section.rows[0],

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "tables/table_maker.hpp"
 #include "tables/table_options.hpp"
@@ -14,9 +16,11 @@ namespace pipescout::summary {
 [[nodiscard]] std::unique_ptr<TableMaker> crawler_tables(const Robot& robot,
                                                          const TableOptions::Crawler& options);
 /// Readings of several odometers at once and their consensus: `odometer/readings`,
-/// `odometer/fused`. Throws CsvError when the reference cannot be read.
-[[nodiscard]] std::unique_ptr<TableMaker> odometry_tables(const Robot& robot,
-                                                          const TableOptions::Odometry& options);
+/// `odometer/fused`. `offsets`: m, that were added to the readings of each; empty: none; nothing:
+/// not known. Throws CsvError when the reference cannot be read.
+[[nodiscard]] std::unique_ptr<TableMaker> odometry_tables(
+    const Robot& robot, const TableOptions::Odometry& options,
+    const std::optional<std::vector<double>>& offsets);
 /// A flight over a pipe rack: `rack/pose`, `rack/state`, `cmd_vel_stamped`, `camera/...`, from a
 /// simulation `ground_truth/rack_pose`.
 [[nodiscard]] std::unique_ptr<TableMaker> rack_tables(const Robot& robot,

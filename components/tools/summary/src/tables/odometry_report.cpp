@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tables/odometry_report.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "pipescout/validation/number_text.hpp"
 #include "tables/values.hpp"
 
 namespace pipescout::summary {
@@ -81,13 +83,69 @@ double OdometryReport::reference(std::uint64_t reading) const {
                                               : std::numeric_limits<double>::quiet_NaN();
 }
 
+double OdometryReport::offset(std::size_t odometer) const {
+  return options_.offsets && odometer < options_.offsets->size() ? (*options_.offsets)[odometer]
+                                                                 : 0.0;
+}
+
+bool OdometryReport::has_offsets() const {
+  return options_.offsets &&
+         std::ranges::any_of(*options_.offsets, [](double added) { return added != 0.0; });
+}
+
+/// As a weighted mean is; true too where it was not fused.
+bool OdometryReport::is_between_its_readings(const Row& row) const {
+  constexpr double kRounding = 1e-6;  // m
+  if (!row.fused || !row.fused->has_consensus) {
+    return true;
+  }
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  const auto& members = row.fused->in_fusion_set;
+  for (std::size_t i = 0; i < std::min(members.size(), row.distance.size()); ++i) {
+    if (members[i]) {
+      low = std::min(low, row.distance[i] + offset(i));
+      high = std::max(high, row.distance[i] + offset(i));
+    }
+  }
+  return row.fused->distance >= low - kRounding && row.fused->distance <= high + kRounding;
+}
+
+void OdometryReport::add_notes_on_offsets(MissionSection& section) const {
+  if (has_offsets()) {
+    std::string offsets;
+    for (const double added : *options_.offsets) {
+      offsets += (offsets.empty() ? "" : ", ") + validation::number_text(added);
+    }
+    section.notes.push_back("Readings as they were fused, with the offsets " + offsets +
+                            " m added; readings.csv has them as measured, and by those the support "
+                            "set is chosen.");
+  }
+  std::size_t apart = 0;
+  for (const Row& row : rows_) {
+    apart += is_between_its_readings(row) ? 0U : 1U;
+  }
+  if (apart > 0) {
+    section.notes.push_back(
+        "In " + std::to_string(apart) + " of " + std::to_string(rows_.size()) +
+        " rows the fused distance is not between the readings that were fused: " +
+        (options_.offsets ? "the offsets were changed during the run."
+                          : "offsets were added to them that the bag does not tell."));
+  }
+}
+
 MissionSection OdometryReport::section(const std::string& figure_prefix) const {
   const bool has_reference = !options_.reference.empty();
   MissionSection section;
   section.title = "Odometry";
   section.columns.push_back("reading");
-  for (const std::string& odometer : options_.odometers) {
-    section.columns.push_back(odometer + " [m]");
+  for (std::size_t i = 0; i < options_.odometers.size(); ++i) {
+    const double added = offset(i);
+    section.columns.push_back(
+        options_.odometers[i] +
+        (added == 0.0 ? ""
+                      : (added > 0 ? " + " : " - ") + validation::number_text(std::abs(added))) +
+        " [m]");
   }
   section.columns.insert(section.columns.end(),
                          {"support set", "fused [m]", "standard deviation [m]"});
@@ -99,10 +157,11 @@ MissionSection OdometryReport::section(const std::string& figure_prefix) const {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     std::vector<MissionCell> cells{static_cast<std::int64_t>(i + 1)};
-    for (const double distance : row.distance) {
-      cells.push_back(rounded_cell(distance, kParts));
+    for (std::size_t k = 0; k < row.distance.size(); ++k) {
+      cells.push_back(rounded_cell(row.distance[k] + offset(k), kParts));
     }
-    cells.emplace_back(row.fused ? MissionCell(row.fused->fusion_set) : MissionCell());
+    cells.emplace_back(row.fused ? MissionCell(format_fusion_set(row.fused->in_fusion_set))
+                                 : MissionCell());
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double fused = row.fused ? row.fused->distance : nan;
     cells.push_back(rounded_cell(fused, kParts));
@@ -123,6 +182,7 @@ MissionSection OdometryReport::section(const std::string& figure_prefix) const {
     section.notes.push_back("The largest difference to " + options_.reference_name +
                             " is at reading " + std::to_string(largest_difference_reading_) + ".");
   }
+  add_notes_on_offsets(section);
   if (readings_ > rows_.size()) {
     section.notes.push_back("The table shows the first " + std::to_string(rows_.size()) + " of " +
                             std::to_string(readings_) + " readings.");

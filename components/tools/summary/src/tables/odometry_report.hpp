@@ -20,6 +20,8 @@ class OdometryReport {
  public:
   struct Options {
     std::vector<std::string> odometers;
+    /// m, one for each odometer, that the fusion adds to its readings; nothing: not known.
+    std::optional<std::vector<double>> offsets;
     /// Reference for the fused distance of reading 1, 2, ...; m, NaN where there is none.
     std::vector<double> reference;
     std::string reference_name;      ///< "paper"
@@ -31,7 +33,7 @@ class OdometryReport {
     bool has_consensus = false;
     double distance = 0.0;            ///< m
     double standard_deviation = 0.0;  ///< m
-    std::string fusion_set;           ///< as `format_fusion_set` writes it
+    std::vector<bool> in_fusion_set;  ///< of each odometer
   };
 
   explicit OdometryReport(Options options);
@@ -46,8 +48,9 @@ class OdometryReport {
   /// Readings whose fused distance is there.
   [[nodiscard]] std::uint64_t pairs() const noexcept { return pairs_; }
 
-  /// Title, table and figures, and a note for what the table does not show. `figure_prefix` comes
-  /// before the names of the figures: "robot_1." or nothing.
+  /// Title, table and figures, and notes on what the table does not show. The table has the
+  /// readings as they were fused: with the offsets. `figure_prefix` comes before the names of the
+  /// figures: "robot_1." or nothing.
   [[nodiscard]] MissionSection section(const std::string& figure_prefix) const;
 
  private:
@@ -60,6 +63,10 @@ class OdometryReport {
 
   void pair(std::uint64_t reading, const Fused& fused);
   [[nodiscard]] double reference(std::uint64_t reading) const;
+  [[nodiscard]] double offset(std::size_t odometer) const;
+  [[nodiscard]] bool has_offsets() const;
+  [[nodiscard]] bool is_between_its_readings(const Row& row) const;
+  void add_notes_on_offsets(MissionSection& section) const;
 
   Options options_;
   std::uint64_t readings_ = 0;

@@ -36,11 +36,11 @@ std::string fused_header(const std::vector<std::string>& columns) {
 
 std::string fused_line(std::optional<std::uint64_t> reading, const OdometryReport::Fused& fused,
                        const std::vector<std::uint8_t>& rejections) {
-  std::string line = (reading ? std::to_string(*reading) : "") + "," +
-                     format_stamp(fused.stamp.time_since_epoch()) + "," +
-                     format_csv_number(fused.distance) + "," +
-                     format_csv_number(fused.standard_deviation) + "," +
-                     (fused.has_consensus ? "ok" : "no consensus") + "," + fused.fusion_set;
+  std::string line =
+      (reading ? std::to_string(*reading) : "") + "," +
+      format_stamp(fused.stamp.time_since_epoch()) + "," + format_csv_number(fused.distance) + "," +
+      format_csv_number(fused.standard_deviation) + "," +
+      (fused.has_consensus ? "ok" : "no consensus") + "," + format_fusion_set(fused.in_fusion_set);
   for (const std::uint8_t reason : rejections) {
     line += std::string(",") + rejection_text(reason);
   }
@@ -49,7 +49,8 @@ std::string fused_line(std::optional<std::uint64_t> reading, const OdometryRepor
 
 class OdometryTables final : public TableMaker {
  public:
-  OdometryTables(const Robot& robot, TableOptions::Odometry options);
+  OdometryTables(const Robot& robot, TableOptions::Odometry options,
+                 std::optional<std::vector<double>> offsets);
 
  protected:
   MissionSection section(const std::string& figure_prefix) const override;
@@ -80,9 +81,11 @@ class OdometryTables final : public TableMaker {
   void on_fused(const Fused& message);
   /// Begins with the first message. False when a later one is of other odometers.
   [[nodiscard]] bool accepts(const std::vector<std::string>& odometers);
+  [[nodiscard]] std::optional<std::vector<double>> known_offsets(std::size_t odometers) const;
   void write_readings(std::uint64_t number, const Readings& message);
 
   TableOptions::Odometry options_;
+  std::optional<std::vector<double>> offsets_;
   std::vector<double> reference_;
   std::string reference_name_;  // the column
   std::string reference_note_;
@@ -92,8 +95,9 @@ class OdometryTables final : public TableMaker {
   std::uint64_t expected_ = 0;      // readings, as the source says; 0: unknown
 };
 
-OdometryTables::OdometryTables(const Robot& robot, TableOptions::Odometry options)
-    : TableMaker(robot, "odometry"), options_(std::move(options)) {
+OdometryTables::OdometryTables(const Robot& robot, TableOptions::Odometry options,
+                               std::optional<std::vector<double>> offsets)
+    : TableMaker(robot, "odometry"), options_(std::move(options)), offsets_(std::move(offsets)) {
   if (!options_.reference_file.empty()) {
     read_reference(options_.reference_file.string());
   }
@@ -166,7 +170,7 @@ void OdometryTables::on_fused(const Fused& message) {
       .has_consensus = message.status == pipescout_msgs::msg::FusedOdometer::STATUS_OK,
       .distance = message.distance,
       .standard_deviation = std::sqrt(message.variance),
-      .fusion_set = format_fusion_set(message.in_fusion_set)};
+      .in_fusion_set = message.in_fusion_set};
   const auto reading = recording_->report.add_fused(fused);
   file("fused.csv", [this] {
     return fused_header(recording_->columns);
@@ -179,11 +183,20 @@ bool OdometryTables::accepts(const std::vector<std::string>& odometers) {
     recording_.emplace(Recording{.odometers = odometers,
                                  .columns = columns,
                                  .report = OdometryReport({.odometers = columns,
+                                                           .offsets = known_offsets(columns.size()),
                                                            .reference = std::move(reference_),
                                                            .reference_name = reference_name_,
                                                            .maximum_rows = options_.table_rows})});
   }
   return recording_->odometers == odometers;
+}
+
+/// Those of a fusion of other odometers tell nothing.
+std::optional<std::vector<double>> OdometryTables::known_offsets(std::size_t odometers) const {
+  if (offsets_ && offsets_->empty()) {
+    return std::vector<double>(odometers, 0.0);
+  }
+  return offsets_ && offsets_->size() == odometers ? offsets_ : std::nullopt;
 }
 
 void OdometryTables::write_readings(std::uint64_t number, const Readings& message) {
@@ -227,8 +240,9 @@ MissionSection OdometryTables::section(const std::string& figure_prefix) const {
 }  // namespace
 
 std::unique_ptr<TableMaker> odometry_tables(const Robot& robot,
-                                            const TableOptions::Odometry& options) {
-  return std::make_unique<OdometryTables>(robot, options);
+                                            const TableOptions::Odometry& options,
+                                            const std::optional<std::vector<double>>& offsets) {
+  return std::make_unique<OdometryTables>(robot, options, offsets);
 }
 
 }  // namespace pipescout::summary
