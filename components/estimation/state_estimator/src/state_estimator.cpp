@@ -83,9 +83,6 @@ CallbackReturn StateEstimator::on_configure() {
   settings_ = declared_.read(*this);
   estimator_.emplace(settings_.estimator);
   map_.reset();
-  if (settings_.publish_tf) {
-    origin_broadcaster_.emplace(*this);
-  }
   if (settings_.datum) {
     place_map(*settings_.datum);
   }
@@ -101,6 +98,7 @@ CallbackReturn StateEstimator::on_configure() {
   rack_is_lost_ = false;
   has_run_ = false;
   start_is_given_ = false;
+  origin_is_due_ = false;
   status_ = {};
   told_ = {};
   correlation_is_told_ = {};
@@ -169,7 +167,6 @@ CallbackReturn StateEstimator::on_cleanup() {
   state_publisher_ = {};
   tf_publisher_ = {};
   hint_publisher_ = {};
-  origin_broadcaster_.reset();
   estimator_.reset();
   return CallbackReturn::kSuccess;
 }
@@ -288,9 +285,6 @@ void StateEstimator::on_fix(const Fix& message) {
 
 void StateEstimator::place_map(const geometry::GeodeticPosition& origin) {
   map_.emplace(origin);
-  if (origin_broadcaster_) {
-    origin_broadcaster_->send(map_origin_transform(*map_, settings_.map_frame, now()));
-  }
   if (settings_.earth && !settings_.implied_imu) {
     estimator_->set_earth(estimation::Earth::at_latitude(origin.latitude));
   }
@@ -465,6 +459,7 @@ void StateEstimator::publish_news() {
   if (updated) {
     told_updates_ = estimator_->updates();
     status_ = estimator_->status();
+    origin_is_due_ = true;
   }
   if (const auto estimate = estimator_->estimate(); estimate && is_due(stamp_of(estimate->time))) {
     published_ = stamp_of(estimate->time);
@@ -501,6 +496,10 @@ void StateEstimator::publish_estimate(const estimation::Estimate& estimate) {
         const estimation::GlobalStates& globals = estimator_->smoother().globals();
         message->transforms.push_back(transform({globals.R_map_rack, globals.rack_position}, stamp,
                                                 settings_.map_frame, settings_.rack_frame));
+      }
+      // Not on tf_static: a replay must leave that to those who know the robot.
+      if (map_ && std::exchange(origin_is_due_, false)) {
+        message->transforms.push_back(map_origin_transform(*map_, settings_.map_frame, stamp));
       }
     }
     message->transforms.push_back(transform(estimate.T_odom_body * T_body_base, stamp,

@@ -242,7 +242,7 @@ TEST_F(TablesOfAMission, FixesAreInTheMapOfTheEstimator) {
   tf2_msgs::msg::TFMessage told;
   told.transforms.push_back(
       map_origin_transform(geometry::LocalFrame({36.6599, -5.83, 50}), "map", {}));
-  write("/tf_static", told);
+  write("/tf", told);
   write("/gps/fix", fix(2, 36.66));
   write("/odometry/filtered", odometry(2));
   const auto found = tables();

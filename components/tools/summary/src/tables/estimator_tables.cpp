@@ -131,7 +131,7 @@ EstimatorTables::EstimatorTables(const Robot& robot, const TableOptions::Estimat
   record(topics::kTrueOdometry, "truth", [this](const Odometry& m) { on_truth(m); });
   record(topics::kEstimatorState, "states", [this](const State& m) { on_state(m); });
   record(topics::kGpsFix, "fixes", [this](const Fix& m) { on_fix(m); });
-  record(topics::kTfStatic, "transforms", [this](const Transforms& m) { on_transforms(m); });
+  record(topics::kTf, "transforms", [this](const Transforms& m) { on_transforms(m); });
 }
 
 void EstimatorTables::begin_map(const std::vector<double>& datum) {

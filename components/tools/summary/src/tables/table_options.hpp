@@ -36,7 +36,7 @@ struct TableOptions {
   struct Estimator {
     double period = 0.1;        ///< s, from one pose to the next; 0: all
     std::vector<double> datum;  ///< degrees, degrees, m: origin of the map; empty: as the estimator
-                                ///< tells it on tf_static, else the first fix
+                                ///< tells it on tf, else the first fix
   };
 
   Crawler crawler;

@@ -25,15 +25,14 @@
 #include "pipescout/runtime/awaited_subscribers.hpp"
 #include "pipescout/runtime/component.hpp"
 #include "pipescout/runtime/silence_watch.hpp"
-#include "pipescout/runtime/transform_broadcaster.hpp"
 #include "pipescout/state_estimator/agreeing_fixes.hpp"
 #include "pipescout/state_estimator/estimator_settings.hpp"
 
 namespace pipescout {
 
 /// State estimate of a robot: `imu/data`, `gps/fix`, `odometer/fused`, `rack/pose` and `weld` in,
-/// as far as available; `odometry/filtered`, `estimator/state`, `/tf` and, with GPS, `/tf_static`
-/// out. A rack localizer that has lost the rack gets a `rack/pose_hint`.
+/// as far as available; `odometry/filtered`, `estimator/state` and `/tf` out. A rack localizer that
+/// has lost the rack gets a `rack/pose_hint`.
 ///
 /// Parameters and faults: docs/components/state_estimator.md. Parameters take effect when it is
 /// configured.
@@ -134,6 +133,7 @@ class StateEstimator final : public Component {
   bool rack_is_lost_ = false;
   bool has_run_ = false;  // since it was configured
   bool start_is_given_ = false;
+  bool origin_is_due_ = false;          // with the next transforms: where the map is on the Earth
   estimation::EstimatorStatus status_;  // at the newest keyframe; not computed for each reading
   estimation::EstimatorStatus told_;
   std::array<bool, estimation::kSources> correlation_is_told_{};  // that is beyond the stated time
@@ -142,7 +142,6 @@ class StateEstimator final : public Component {
   Publisher<State> state_publisher_;
   Publisher<Transforms> tf_publisher_;
   Publisher<Pose> hint_publisher_;
-  std::optional<StaticTransformBroadcaster> origin_broadcaster_;  // where the map is on the Earth
   Subscription<Imu> imu_subscription_;
   Subscription<Fix> fix_subscription_;
   Subscription<Odometer> odometer_subscription_;
