@@ -159,8 +159,15 @@ class EstimateOfABag : public ::testing::Test {
     }
     return position;
   }
+  /// Into `out`. What the run before has written is then in `before`.
   [[nodiscard]] auto run(const std::vector<std::string>& more = {}) {
     writer_.close();
+    const fs::path out = folder_.path() / "out";
+    const fs::path before = folder_.path() / "before";
+    if (fs::exists(out)) {
+      fs::remove_all(before);
+      fs::rename(out, before);
+    }
     std::vector<std::string> arguments{"bag", "--out", "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return testing::run_program(ESTIMATE_COMMAND, arguments, folder_.path());
@@ -460,7 +467,7 @@ TEST_F(EstimateOfABag, WheelsOfJointStatesAreNamedAndUsedOnceTheyAreKnown) {
   EXPECT_THAT(testing::content(folder_.path() / "out" / "configuration.yaml"),
               HasSubstr("left: [\"wheel_left\"]"));
   // What was written can be passed back.
-  const auto again = run({"--config", "out/configuration.yaml"});
+  const auto again = run({"--config", "before/configuration.yaml"});
   EXPECT_EQ(again.code(), 0) << again.err;
   std::ofstream(folder_.path() / "wheels.yaml") << "odometer: {wheels: {left: [a], right: [a]}}";
   const auto wrong = run({"--config", "wheels.yaml"});
@@ -516,7 +523,7 @@ TEST_F(EstimateOfABag, FurtherSourcesAreNamedAndUsedOnceTheConfigurationNamesThe
                               ": [1-9][0-9][0-9]+ measurements accepted, [0-9] rejected"));
   }
   // What was written can be passed back.
-  const auto again = run({"--config", "out/configuration.yaml"});
+  const auto again = run({"--config", "before/configuration.yaml"});
   EXPECT_EQ(again.code(), 0) << again.err;
   EXPECT_THAT(again.out, HasSubstr("taken as compass, of kind magnetic_field"));
   // A frame that tf does not know is named, and nothing else is lost.

@@ -33,6 +33,7 @@ class RealRecordings : public ::testing::Test {
                          const std::vector<std::string>& options = {}) {
     const auto mapping = std::filesystem::path(ESTIMATE_RECORDINGS) / (recording + ".yaml");
     std::ofstream(folder_.path() / "mapping.yaml") << testing::content(mapping) << more;
+    std::filesystem::remove_all(folder_.path() / "out");  // of the run before
     std::vector<std::string> arguments{(data_ / recording).string(), "--config", "mapping.yaml",
                                        "--out", "out"};
     arguments.insert(arguments.end(), options.begin(), options.end());

@@ -266,7 +266,7 @@ TEST_F(LedgerCommand, TallyKeepsItsIdsAndASurveyGivesAMap) {
   EXPECT_THAT(out({"align", "new.csv", "ledger.csv"}), HasSubstr("matched       41 of"));
   EXPECT_THAT(out({"build", "new.csv", "--survey", "survey.csv", "--out", "again.csv"}),
               HasSubstr("second"));
-  EXPECT_THAT(error({"build", "new.csv", "--name", "x", "--out", "again.csv"}),
+  EXPECT_THAT(error({"build", "new.csv", "--name", "x", "--out", "more.csv"}),
               HasSubstr("names its runs"));
 }
 
@@ -439,7 +439,7 @@ TEST_F(LedgerCommand, OnlyTheLedgerOfARunIsReplaced) {
         refused)
         << option;
   }
-  EXPECT_EQ(testing::content(folder_.path() / "other.csv"), "mine");
+  EXPECT_EQ(content(path("other.csv")), "mine");
 }
 
 TEST_F(LedgerCommand, WrongCommandLinesAreTold) {

@@ -155,7 +155,6 @@ int track(const Arguments& arguments) {
   const geometry::Camera camera = camera_for(arguments, bag, said);
   const TrackOptions options = options_for(arguments, said);
   const std::unique_ptr<ImageSource> source = open(arguments, bag);
-  fs::create_directories(options.overlay_count > 0 ? options.overlays : out);
 
   command_line::ProgressPrinter printer(std::cerr, isatty(STDERR_FILENO) == 1);
   const TrackRun run = track_images(
@@ -166,6 +165,7 @@ int track(const Arguments& arguments) {
       });
   printer.finish();
 
+  fs::create_directories(out);
   const std::string text = report(run, said);
   replace_file(out / "poses.csv", poses_csv(run));
   replace_file(out / "poses.tum", poses_tum(run));

@@ -104,6 +104,7 @@ TrackRun track_images(ImageSource& source, const rack_vision::RackModel& model,
     const bool shown =
         step != 0 && (run.images.size() % step == 0 || (tracked && run.tracked == 1));
     if (shown && image->view.valid()) {
+      std::filesystem::create_directories(options.overlays);
       overlay.write(
           command_line::numbered_picture(options.overlays, run.images.size(), image->name),
           image->view, result);

@@ -25,7 +25,7 @@ struct TrackOptions {
   rack_vision::RackLocalizationParameters localization{};
   rack_vision::FirstPoseHint hint{};
   std::optional<Start> start{};
-  std::filesystem::path overlays{};  ///< folder of the pictures
+  std::filesystem::path overlays{};  ///< folder of the pictures, made with the first
   std::size_t overlay_count = 0;     ///< of pictures, spread over the images
 };
 
