@@ -80,7 +80,7 @@ void TrackingRun::fail(const std::string& name, const std::string& problem,
 std::vector<std::string> TrackingRun::problems() const {
   std::vector<std::string> texts;
   for (const Problem& problem : problems_) {
-    std::string text = problem.text.find(problem.name) == std::string::npos
+    std::string text = problem.text.find(problem.name + ":") == std::string::npos
                            ? problem.name + ": " + problem.text
                            : problem.text;
     if (problem.images > 1) {
