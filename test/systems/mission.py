@@ -38,6 +38,9 @@ def pipescout(*arguments, timeout):
         raise
     print(result.stdout)
     assert result.returncode == 0, f"exit code {result.returncode}"
+    # Whoever runs a mission for the first time has no other way to know that all is well.
+    unexpected = warnings(result.stdout)
+    assert not unexpected, f"a healthy mission warned: {unexpected}"
     return result.stdout
 
 
