@@ -13,7 +13,7 @@ import pathlib
 import shutil
 import sys
 
-from mission import figures, pipescout, recorded
+from mission import expect_healthy, figures, pipescout, recorded
 
 # What runs beside this may use the same domain, but not this namespace.
 NAMESPACE = f"/crawler_test_{os.getpid()}"
@@ -21,8 +21,8 @@ TIMEOUT = 600  # s, of a run
 
 
 def run(composition, folder, *arguments):
-    pipescout("run", composition, "--namespace", NAMESPACE, "--out", folder,
-              "--param", "crawler_simulation.length:=300.0", *arguments, timeout=TIMEOUT)
+    expect_healthy(pipescout("run", composition, "--namespace", NAMESPACE, "--out", folder,
+                             "--param", "crawler_simulation.length:=300.0", *arguments, timeout=TIMEOUT))
 
 
 def check(folder, truths_that_may_lack=0.0):

@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 
-from mission import pipescout, recorded
+from mission import expect_healthy, pipescout, recorded
 
 # Of the ten readings of the paper: docs/papers/odometry.md.
 SUPPORT = ["2 3", "1 2 3", "2 3", "1 3", "2 3", "1 2 3", "1 2 3", "1 2", "2 3", "1 2 3"]
@@ -71,7 +71,7 @@ def check_paper_mission(folder):
 
 
 def one_process(launch_scripts, scratch):
-    run(launch_scripts / "odometry.yaml", "--out", scratch / "mission")
+    expect_healthy(run(launch_scripts / "odometry.yaml", "--out", scratch / "mission"))
     check_paper_mission(scratch / "mission")
 
 

@@ -132,6 +132,7 @@ class Knowledge {
 
   /// Publishes the nodes of this process.
   void announce() {
+    const std::lock_guard announcing(announcing_mutex_);
     auto message = std::make_shared<ParticipantEntitiesInfo>();
     {
       const std::lock_guard lock(mutex_);
@@ -140,6 +141,17 @@ class Knowledge {
       describe_local_nodes(*message);
     }
     publisher_->publish(std::move(message), {});
+  }
+
+  /// Does not wait until more has come.
+  void announce_pending() {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!announcement_pending_) {
+        return;
+      }
+    }
+    announce();
   }
 
   void add_node(const NodeName& node) {
@@ -416,6 +428,7 @@ class Knowledge {
   std::shared_ptr<UntypedPublisher> publisher_;  // null without a transport
   ChangeBell bell_;
 
+  std::mutex announcing_mutex_;  // of two announcements the later one is published last
   mutable std::mutex mutex_;
   std::set<NodeName> local_nodes_;
   // By address; several for one that nodes share.
@@ -532,6 +545,7 @@ class ProcessGraph final : public OwnGraph {
     return knowledge_->bell().wait_until(done, timeout);
   }
   std::vector<UntoldParticipant> untold() const override { return knowledge_->untold(); }
+  void announce_pending() override { knowledge_->announce_pending(); }
 
  private:
   Transport* const transport_;

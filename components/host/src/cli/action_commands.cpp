@@ -296,13 +296,22 @@ int send_goal(Session& session, const SendOptions& options) {
   const GoalId id =
       client->send_goal(request, std::move(callbacks), from_seconds(options.discovery.timeout));
   try {
-    session.spin_until([&] { return goal->end || (goal->response && !goal->response->accepted); });
+    // A change of the graph makes the executor look again.
+    const auto watch = session.graph().on_changed(
+        [group = session.node().default_group()] { group->post([] {}); });
+    session.spin_until([&] {
+      return goal->end || (goal->response && (!goal->response->accepted || !client->is_ready()));
+    });
   } catch (const CommandInterrupted&) {
     // Also when no answer has come yet: the server may have the goal.
     cancel(session, *client, id);
     throw;
   }
   if (!goal->end) {
+    if (goal->response->accepted) {
+      throw CommandError("The server of the action '" + action +
+                         "' has gone; the result is not known");
+    }
     if (goal->response->error) {
       throw CommandError("Exception while sending goal: " +
                          std::string(to_string(*goal->response->error)));

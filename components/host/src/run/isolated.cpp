@@ -126,6 +126,7 @@ class IsolatedRun {
       control_.send({ChildMessage::Event::kFailed, entry_->location + ": " + result->message, {}});
       return 1;
     }
+    context_->graph().announce_pending();
     control_.send({ChildMessage::Event::kActive, "", {}});
     return 0;
   }

@@ -560,6 +560,7 @@ class Run {
     names_->check();
     if (!stopping()) {
       started_ = true;
+      context_->graph().announce_pending();  // who hears of it may look for the nodes at once
       const auto status =
           std::to_string(components_.size()) +
           (components_.size() == 1 ? " component is active" : " components are active");

@@ -148,7 +148,7 @@ TEST_F(OperatorCommands, CompleteWordsOfTheShell) {
 
 TEST_F(OperatorCommands, ExamineARunningSystem) {
   const auto finished = run({"doctor"});
-  EXPECT_THAT(finished.out, HasSubstr(" from 15 checks\n"));
+  EXPECT_THAT(finished.out, HasSubstr(" from 17 checks\n"));
 }
 
 TEST_F(OperatorCommands, ExamineACompositionBeforeItRuns) {

@@ -155,6 +155,7 @@ TEST_F(InspectWelds, GermanExcelsExportsGiveTheSameWelds) {
   for (const auto as : ::pipescout::testing::kExcelExports) {
     write("excel.csv",
           ::pipescout::testing::german_excel(content(folder_.path() / "signal.csv"), as));
+    fs::remove(folder_.path() / "welds.csv");  // results are never overwritten
     const auto result = run({"excel.csv", "--out", "welds.csv"});
     EXPECT_EQ(result.code(), 0) << result.err;
     EXPECT_THAT(result.err, HasSubstr("note: excel.csv: numbers have a decimal comma"));

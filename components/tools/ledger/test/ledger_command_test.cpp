@@ -112,6 +112,7 @@ TEST_F(LedgerCommand, GermanExcelsExportsGiveTheSameLedger) {
   build_first();
   const auto shown = out({"show", "ledger.csv"});
   for (const auto as : ::pipescout::testing::kExcelExports) {
+    std::filesystem::remove(path("excel_ledger.csv"));  // results are never overwritten
     write("excel.csv", ::pipescout::testing::german_excel(content(path("first.csv")), as));
     const auto built = run({"build", "excel.csv", "--columns", "m.yaml", "--name", "first",
                             "--date", "2020", "--out", "excel_ledger.csv"});

@@ -91,6 +91,10 @@ class Graph {
   /// endpoint are discovered apart from each other. Participants that are not of ROS 2 do not say
   /// when they have told everything, and are never among these.
   [[nodiscard]] virtual std::vector<UntoldParticipant> untold() const = 0;
+
+  /// Announces what is new of this process now, without collecting more: before somebody is told
+  /// that its nodes are there.
+  virtual void announce_pending() = 0;
 };
 
 }  // namespace pipescout
