@@ -4,7 +4,6 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
 #include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
-#include <fastrtps/utils/IPFinder.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "contain.hpp"
+#include "discovery_choice.hpp"
 
 namespace pipescout::dds {
 namespace {
@@ -46,16 +46,9 @@ std::string announced_scope(const eprosima::fastrtps::ParameterPropertyList_t& p
 
 /// The UDP ports of an address of this machine at which a participant takes discovery messages.
 std::set<std::uint16_t> ports_of_this_machine(const rtps::ParticipantProxyData& data) {
-  rtps::LocatorList_t addresses;
-  rtps::IPFinder::getAllIPAddress(&addresses);
   std::set<std::uint16_t> ports;
   for (const rtps::Locator_t& locator : data.metatraffic_locators.unicast) {
-    const bool is_here = locator.kind == LOCATOR_KIND_UDPv4 &&
-                         (rtps::IPLocator::isLocal(locator) ||
-                          std::any_of(addresses.begin(), addresses.end(), [&](const auto& address) {
-                            return rtps::IPLocator::compareAddress(address, locator);
-                          }));
-    if (is_here) {
+    if (is_of_this_machine(locator)) {
       ports.insert(rtps::IPLocator::getPhysicalPort(locator));
     }
   }

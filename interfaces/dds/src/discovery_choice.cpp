@@ -2,8 +2,10 @@
 #include "discovery_choice.hpp"
 
 #include <fastdds/rtps/attributes/ServerAttributes.h>
+#include <fastrtps/utils/IPFinder.h>
 #include <fastrtps/utils/IPLocator.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -39,6 +41,14 @@ rtps::Locator_t udp_locator(const std::string& address, std::uint32_t port) {
   return locator;
 }
 
+/// A server of this machine is spoken to on the loopback address. Fast DDS 2.9 does so by itself
+/// with the address of another interface, but forgets it when the participant's user data change,
+/// and the statistics of Debian's build end the process then.
+std::string reachable_address(const std::string& address) {
+  constexpr const char* kLoopback = "127.0.0.1";
+  return is_of_this_machine(udp_locator(address, 0)) ? kLoopback : address;
+}
+
 void ask_servers(const DdsOptions& options, Warnings& warnings, rtps::DiscoverySettings& settings) {
   settings.discoveryProtocol = options.super_client ? rtps::DiscoveryProtocol_t::SUPER_CLIENT
                                                     : rtps::DiscoveryProtocol_t::CLIENT;
@@ -51,7 +61,8 @@ void ask_servers(const DdsOptions& options, Warnings& warnings, rtps::DiscoveryS
     }
     rtps::RemoteServerAttributes remote;
     rtps::get_server_client_default_guidPrefix(server.id, remote.guidPrefix);
-    remote.metatrafficUnicastLocatorList.push_back(udp_locator(*address, server.port));
+    remote.metatrafficUnicastLocatorList.push_back(
+        udp_locator(reachable_address(*address), server.port));
     settings.m_DiscoveryServers.push_back(remote);
   }
 }
@@ -79,6 +90,18 @@ void seek(const DdsOptions& options, Warnings& warnings, rtps::BuiltinAttributes
 }
 
 }  // namespace
+
+bool is_of_this_machine(const rtps::Locator_t& locator) {
+  if (locator.kind != LOCATOR_KIND_UDPv4) {
+    return false;
+  }
+  rtps::LocatorList_t addresses;
+  rtps::IPFinder::getAllIPAddress(&addresses);
+  return IPLocator::isLocal(locator) ||
+         std::any_of(addresses.begin(), addresses.end(), [&](const auto& address) {
+           return IPLocator::compareAddress(address, locator);
+         });
+}
 
 void choose_discovery(const DdsOptions& options, Warnings& warnings,
                       fastdds::DomainParticipantQos& qos) {

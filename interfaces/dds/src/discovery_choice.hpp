@@ -14,4 +14,7 @@ namespace pipescout::dds {
 void choose_discovery(const DdsOptions& options, Warnings& warnings,
                       fastdds::DomainParticipantQos& qos);
 
+/// Whether it is an IPv4 address of an interface of this machine.
+[[nodiscard]] bool is_of_this_machine(const rtps::Locator_t& locator);
+
 }  // namespace pipescout::dds

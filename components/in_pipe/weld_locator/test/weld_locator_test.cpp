@@ -375,7 +375,7 @@ TEST_F(WeldLocatorTest, NamesWhatIsWrongWithItsParameters) {
               HasSubstr("largest_width"));
   const std::string bad = folder_.path() / "bad.csv";
   std::ofstream(bad) << "id,joint_length_m\nA,12\nB,0\nC,\n";
-  EXPECT_THAT(refusal({{"tally", bad}}), HasSubstr("bad.csv: line 3"));
+  EXPECT_THAT(refusal({{"tally", bad}}), HasSubstr("bad.csv:3: column"));
 }
 
 TEST_F(WeldLocatorTest, CanBeCleanedUpAndStartedAgain) {
