@@ -85,6 +85,18 @@ TEST(Census, TellsWhoHoldsThePortsOfAParticipantAndWasNotHeard) {
   EXPECT_THAT(one_heard.departed, IsEmpty());
 }
 
+TEST(Census, TakesAPortThatAnotherProcessHoldsForThatOfTheOther) {
+  // Fast DDS announces the port that it tried first beside the one that it got.
+  const std::vector<BoundSocket> sockets{
+      {kFirst, 2}, {kFirst + 1, 3}, {kFirst + 2, 4}, {kFirst + 3, 5}};
+  auto owners = owned(70'010, "talker", {sockets[0], sockets[1]});
+  owners.merge(owned(70'011, "listener", {sockets[2], sockets[3]}));
+  Gid listener;
+  listener.bytes = {1, 15, 0, 0, 70'011 & 0xFF, 70'011 >> 8 & 0xFF};
+  EXPECT_THAT(Census(kDomain).count(sockets, owners, {{listener, {kFirst, kFirst + 2}}}).unheard,
+              ElementsAre(UnheardParticipant{70'010, "talker", kFirst}));
+}
+
 TEST(Census, HasThePortsOfOtherUsersAlone) {
   const std::vector<BoundSocket> sockets{{kFirst + 4, 2}, {kFirst + 5, 3}};
   EXPECT_THAT(Census(kDomain).count(sockets, {}, {}).unheard,
