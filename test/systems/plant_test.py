@@ -77,24 +77,12 @@ def a_stated_duration(launch_scripts, scratch):
     assert re.search(r"^finished  .*patrol_simulation", plant.told, re.MULTILINE), plant.told
 
 
-def a_goal_preempts_the_tour(launch_scripts, scratch):
-    # Longer than the goal takes: who ends first is not what is asked here.
-    plant = Plant(launch_scripts, scratch, "duration:=200.0")
-    # It has begun the tour once it has driven some way.
-    plant.wait_for(r"patrol_simulation [1-9]")
-    assert "Goal finished with status: SUCCEEDED" in drive()
-    plant.wait_for("another goal has preempted it")
-    assert plant.end() == 0, "the run goes on until its duration is over"
-    assert re.search(r"^finished  ", plant.told, re.MULTILINE), plant.told
-
-
 def main():
     case, launch_scripts, scratch = sys.argv[1], *map(pathlib.Path, sys.argv[2:])
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir(parents=True)
     {"goals_until_interrupted": goals_until_interrupted,
-     "a_stated_duration": a_stated_duration,
-     "a_goal_preempts_the_tour": a_goal_preempts_the_tour}[case](launch_scripts, scratch)
+     "a_stated_duration": a_stated_duration}[case](launch_scripts, scratch)
 
 
 if __name__ == "__main__":
