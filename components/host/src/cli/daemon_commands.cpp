@@ -58,7 +58,6 @@ int run_daemon(DaemonSocket socket) {
     socket.serve([&](const auto& words) { return answer(session, words); }, kLongestIdleness);
     session.executor().stop();
   });
-  int code = kExitOk;
   try {
     session.spin();
   } catch (const CommandInterrupted&) {
@@ -66,7 +65,7 @@ int run_daemon(DaemonSocket socket) {
   }
   socket.stop();
   serving.join();
-  return code;
+  return kExitOk;
 }
 
 /// Starts this executable once more, away from this terminal, with the socket as its standard
